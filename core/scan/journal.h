@@ -1,0 +1,97 @@
+// journal.sqlite: the plan of a scan and what became of it. SQLite in WAL mode with full synchronisation; a pose is
+// in it with all its frames, or pending.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/clock.h"
+#include "core/base/result.h"
+#include "core/machine/pose.h"
+
+namespace rig::scan {
+
+enum class RowState { pending, done, abandoned };
+
+/// One line of the plan.
+struct PlanRow {
+  std::int64_t row = 0;
+  machine::JointAngles target_rad{};
+  RowState state = RowState::pending;
+  int attempts = 0;                   ///< that were begun and failed
+  std::string reason;                 ///< of the last failure or of the abandonment
+};
+
+struct FrameRecord {
+  int index = 0;
+  std::string file;                   ///< relative to the scan directory: "frames/000012/00.tif"
+  double exposure_s = 0;
+  double gain = 1;
+  double saturated_share = 0;         ///< of the pixels inside the sample's outline
+  base::Time started{};
+  std::string sha256;
+};
+
+/// Proof of arrival and the frames of one committed pose.
+struct PoseRecord {
+  std::int64_t row = 0;
+  int attempt = 1;
+  machine::JointAngles target_rad{};
+  machine::JointAngles readback_rad{};
+  base::Time arrived{};
+  base::Time committed{};
+  std::vector<FrameRecord> frames;
+};
+
+struct EventRecord {
+  std::uint64_t epoch = 0;
+  std::uint64_t number = 0;
+  base::Time time{};
+  std::string payload;                ///< serialised protocol event
+};
+
+struct ScanProgress {
+  std::int64_t total = 0, done = 0, abandoned = 0;
+};
+
+class Journal {
+ public:
+  /// Makes the journal of a new scan; fails where one exists.
+  [[nodiscard]] static base::Result<Journal> create(const std::filesystem::path& path,
+                                                    const std::vector<machine::JointAngles>& plan);
+  /// Opens for writing after an integrity check; damage is an error that says how to recover.
+  [[nodiscard]] static base::Result<Journal> open(const std::filesystem::path& path);
+  [[nodiscard]] static base::Result<Journal> open_read_only(const std::filesystem::path& path);
+
+  Journal(Journal&&) noexcept;
+  Journal& operator=(Journal&&) noexcept;
+  ~Journal();
+
+  [[nodiscard]] base::Result<ScanProgress> progress() const;
+  [[nodiscard]] base::Result<std::vector<PlanRow>> plan() const;
+  /// The pending rows in order, at most `limit`, from row `from` on.
+  [[nodiscard]] base::Result<std::vector<PlanRow>> pending(std::int64_t from, std::size_t limit) const;
+
+  /// Every record of done poses, in row order.
+  [[nodiscard]] base::Result<std::vector<PoseRecord>> poses() const;
+  [[nodiscard]] base::Result<std::optional<PoseRecord>> pose(std::int64_t row) const;
+
+  /// Each of these is one durable transaction, with the events that belong to it.
+  [[nodiscard]] base::Result<void> commit_pose(const PoseRecord& pose, const std::vector<EventRecord>& events);
+  [[nodiscard]] base::Result<void> record_failure(std::int64_t row, const std::string& reason, bool abandon,
+                                                  const std::vector<EventRecord>& events);
+  [[nodiscard]] base::Result<void> add_events(const std::vector<EventRecord>& events);
+  [[nodiscard]] base::Result<std::vector<EventRecord>> events_after(std::uint64_t epoch, std::uint64_t number,
+                                                                    std::size_t limit) const;
+
+ private:
+  struct State;
+  explicit Journal(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace rig::scan

@@ -1,0 +1,143 @@
+// What rigd asks of a device. Every call is short: it starts, polls or reads, and returns; nothing waits for motion or
+// light. Capabilities are asked for, never assumed. All calls of one device come from the one worker of its bus.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/base/clock.h"
+#include "core/base/result.h"
+
+namespace rig::drivers {
+
+using base::Result;
+
+struct AxisCapabilities {
+  double resolution_rad = 0;            ///< smallest commanded step
+  double max_velocity_rad_s = 0;
+  double max_acceleration_rad_s2 = 0;
+  bool keeps_position_unpowered = false;  ///< an absolute encoder: homed survives a power cycle
+  bool has_limit_switches = false;
+};
+
+struct AxisState {
+  double position_rad = 0;              ///< readback
+  bool enabled = false;                 ///< drive energised
+  bool moving = false;
+  bool homed = false;
+  bool at_low_limit = false, at_high_limit = false;
+  std::string fault;                    ///< empty: none
+};
+
+class Axis {
+ public:
+  Axis() = default;
+  Axis(const Axis&) = delete;
+  Axis& operator=(const Axis&) = delete;
+  virtual ~Axis() = default;
+
+  [[nodiscard]] virtual AxisCapabilities capabilities() const = 0;
+  [[nodiscard]] virtual Result<void> enable(bool on) = 0;
+  /// Starts homing; it is done when state() says homed and not moving.
+  [[nodiscard]] virtual Result<void> home() = 0;
+  /// Starts an absolute move with at most this velocity and acceleration.
+  [[nodiscard]] virtual Result<void> move_to(double target_rad, double velocity_rad_s, double acceleration_rad_s2) = 0;
+  /// Starts to brake at once; clears what was planned.
+  [[nodiscard]] virtual Result<void> stop() = 0;
+  [[nodiscard]] virtual Result<AxisState> state() = 0;
+};
+
+struct CameraCapabilities {
+  int width = 0, height = 0;
+  int bits = 16;                        ///< significant bits of a sample
+  std::string bayer;                    ///< "RGGB" ... or "none"
+  double min_exposure_s = 0, max_exposure_s = 0;
+  double readout_s = 0;                 ///< from the end of exposure to a complete frame
+  bool overlaps_motion = false;         ///< the rig may move during readout
+};
+
+struct FrameInfo {
+  double exposure_s = 0;                ///< as the camera did it
+  double gain = 1;
+  base::Time started{};
+  std::uint64_t counter = 0;            ///< the camera's own frame number
+};
+
+class Camera {
+ public:
+  Camera() = default;
+  Camera(const Camera&) = delete;
+  Camera& operator=(const Camera&) = delete;
+  virtual ~Camera() = default;
+
+  [[nodiscard]] virtual CameraCapabilities capabilities() const = 0;
+  /// A new bracket begins; frames of an older one are dropped.
+  [[nodiscard]] virtual Result<void> arm() = 0;
+  /// Starts one exposure.
+  [[nodiscard]] virtual Result<void> trigger(double exposure_s, double gain) = 0;
+  /// The frame of the last trigger into `pixels` (width * height); nothing yet while it exposes or reads out.
+  [[nodiscard]] virtual Result<std::optional<FrameInfo>> fetch(std::span<std::uint16_t> pixels) = 0;
+  /// Ends an exposure; its frame never arrives.
+  [[nodiscard]] virtual Result<void> abort() = 0;
+};
+
+struct LightCapabilities {
+  bool has_shutter = false;
+  bool has_level = false;               ///< else only 0 and 1
+  double warm_up_s = 0;
+};
+
+struct LightState {
+  bool on = false;
+  bool shutter_open = false;
+  double level = 0;                     ///< 0 .. 1
+  bool warm = false;
+  double hours = 0;                     ///< lamp life used
+  std::string fault;                    ///< empty: none
+};
+
+class Light {
+ public:
+  Light() = default;
+  Light(const Light&) = delete;
+  Light& operator=(const Light&) = delete;
+  virtual ~Light() = default;
+
+  [[nodiscard]] virtual LightCapabilities capabilities() const = 0;
+  [[nodiscard]] virtual Result<void> set_level(double level) = 0;
+  [[nodiscard]] virtual Result<void> set_shutter(bool open) = 0;
+  [[nodiscard]] virtual Result<LightState> state() = 0;
+};
+
+struct Line {
+  std::string name;                     ///< "emergency_stop"
+  bool output = false;
+};
+
+class DigitalIo {
+ public:
+  DigitalIo() = default;
+  DigitalIo(const DigitalIo&) = delete;
+  DigitalIo& operator=(const DigitalIo&) = delete;
+  virtual ~DigitalIo() = default;
+
+  [[nodiscard]] virtual std::vector<Line> lines() const = 0;
+  /// Levels of all lines in the order of lines(): active is true, whatever the wiring.
+  [[nodiscard]] virtual Result<std::vector<bool>> read() = 0;
+  [[nodiscard]] virtual Result<void> set(const std::string& line, bool active) = 0;
+};
+
+/// A device that a module offers under a name, and the bus whose worker makes its calls. Buses of one name within one
+/// module are one worker.
+struct Device {
+  std::string name;
+  std::string bus;
+  std::variant<std::unique_ptr<Axis>, std::unique_ptr<Camera>, std::unique_ptr<Light>, std::unique_ptr<DigitalIo>> is;
+};
+
+}  // namespace rig::drivers
