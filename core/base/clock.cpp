@@ -7,14 +7,17 @@ namespace rig::base {
 
 namespace {
 
-Time wall_now() { return std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now()); }
+Time wall_now() {
+  return std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now());
+}
 
 }  // namespace
 
 class SystemClock final : public Clock {
  public:
   [[nodiscard]] Time now() const override {
-    return start_utc_ + std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now() - start_steady_);
+    return start_utc_ +
+           std::chrono::duration_cast<Duration>(std::chrono::steady_clock::now() - start_steady_);
   }
 
   bool wait(WaitSlot& slot, std::optional<Time> deadline, WaitFor /*kind*/) override {
@@ -45,7 +48,8 @@ class SystemClock final : public Clock {
   const Time start_utc_ = wall_now();
 };
 
-// One mutex guards time, membership and every slot: waits are rare and short here, and a jump must see all of them.
+// One mutex guards time, membership and every slot: waits are rare and short here, and a jump must see all of
+// them.
 class DiscreteEventClock final : public Clock {
  public:
   explicit DiscreteEventClock(Time start) : base_(start) {}
@@ -135,7 +139,8 @@ class DiscreteEventClock final : public Clock {
     }
     std::optional<Time> next;
     for (const WaitSlot* slot : waiting_) {
-      if (slot->deadline_ && slot->kind_ == WaitFor::rig && (!next || *slot->deadline_ < *next)) next = slot->deadline_;
+      if (slot->deadline_ && slot->kind_ == WaitFor::rig && (!next || *slot->deadline_ < *next))
+        next = slot->deadline_;
     }
     if (next) {
       hold();
@@ -155,8 +160,12 @@ class DiscreteEventClock final : public Clock {
   std::vector<WaitSlot*> waiting_;
 };
 
-std::unique_ptr<Clock> make_system_clock() { return std::make_unique<SystemClock>(); }
+std::unique_ptr<Clock> make_system_clock() {
+  return std::make_unique<SystemClock>();
+}
 
-std::unique_ptr<Clock> make_discrete_event_clock(Time start) { return std::make_unique<DiscreteEventClock>(start); }
+std::unique_ptr<Clock> make_discrete_event_clock(Time start) {
+  return std::make_unique<DiscreteEventClock>(start);
+}
 
 }  // namespace rig::base

@@ -1,5 +1,5 @@
-// Time as a parameter. Everything that waits for the rig or stamps what it did takes a Clock, so that a night on the
-// virtual rig takes minutes and a test never sleeps.
+// Time as a parameter. Everything that waits for the rig or stamps what it did takes a Clock, so that a night
+// on the virtual rig takes minutes and a test never sleeps.
 #pragma once
 
 #include <chrono>
@@ -16,11 +16,15 @@ using Duration = std::chrono::nanoseconds;
 /// Nanoseconds since 1970-01-01 UTC.
 using Time = std::chrono::sys_time<Duration>;
 
-[[nodiscard]] constexpr Duration seconds(double s) { return Duration(static_cast<Duration::rep>(s * 1e9)); }
-[[nodiscard]] constexpr double to_seconds(Duration d) { return static_cast<double>(d.count()) * 1e-9; }
+[[nodiscard]] constexpr Duration seconds(double s) {
+  return Duration(static_cast<Duration::rep>(s * 1e9));
+}
+[[nodiscard]] constexpr double to_seconds(Duration d) {
+  return static_cast<double>(d.count()) * 1e-9;
+}
 
-/// What a deadline waits for. A discrete-event clock jumps to the next `rig` deadline; `person` deadlines pass at the
-/// pace of the wall.
+/// What a deadline waits for. A discrete-event clock jumps to the next `rig` deadline; `person` deadlines
+/// pass at the pace of the wall.
 enum class WaitFor { rig, person };
 
 /// Where one thread waits. Belongs to one waiting thread; any thread may notify it through the clock.
@@ -50,7 +54,8 @@ class Clock {
 
   [[nodiscard]] virtual Time now() const = 0;
 
-  /// Waits in `slot` until notified (true; a notification sent before the call counts) or until `deadline` (false).
+  /// Waits in `slot` until notified (true; a notification sent before the call counts) or until `deadline`
+  /// (false).
   virtual bool wait(WaitSlot& slot, std::optional<Time> deadline, WaitFor kind) = 0;
   virtual void notify(WaitSlot& slot) = 0;
 
@@ -58,19 +63,21 @@ class Clock {
   virtual void join() = 0;
   virtual void leave() = 0;
 
-  /// Moves a simulated clock forward to `time` if it is behind it (a restarted virtual rig goes on from the time it
-  /// had); a clock of the real world ignores it.
+  /// Moves a simulated clock forward to `time` if it is behind it (a restarted virtual rig goes on from the
+  /// time it had); a clock of the real world ignores it.
   virtual void not_before(Time time) = 0;
 };
 
 /// The clock of the real world: UTC at construction, then monotonic.
 [[nodiscard]] std::unique_ptr<Clock> make_system_clock();
 
-/// A discrete-event clock: while every member thread waits in it and none has been notified, it jumps to the earliest
-/// `rig` deadline; without one it runs at the pace of the wall. It holds still while any member works.
+/// A discrete-event clock: while every member thread waits in it and none has been notified, it jumps to the
+/// earliest `rig` deadline; without one it runs at the pace of the wall. It holds still while any member
+/// works.
 [[nodiscard]] std::unique_ptr<Clock> make_discrete_event_clock(Time start);
 
-/// Membership of a thread in a clock. Make it before the thread starts and move it in, so that no time passes between.
+/// Membership of a thread in a clock. Make it before the thread starts and move it in, so that no time passes
+/// between.
 class ClockMember {
  public:
   explicit ClockMember(Clock& clock) : clock_(&clock) { clock.join(); }
@@ -116,7 +123,8 @@ class Mailbox {
   }
 
   /// The next item; nothing once `deadline` has passed without one.
-  [[nodiscard]] std::optional<T> pop(std::optional<Time> deadline = std::nullopt, WaitFor kind = WaitFor::rig) {
+  [[nodiscard]] std::optional<T> pop(std::optional<Time> deadline = std::nullopt,
+                                     WaitFor kind = WaitFor::rig) {
     while (true) {
       if (auto item = try_pop()) return item;
       if (!clock_.wait(slot_, deadline, kind)) return try_pop();

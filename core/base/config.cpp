@@ -1,13 +1,12 @@
 #include "core/base/config.h"
 
 #define TOML_EXCEPTIONS 0
-#include <toml++/toml.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
 #include <set>
+#include <toml++/toml.h>
 
 #include "core/base/files.h"
 
@@ -15,8 +14,8 @@ namespace rig::base {
 
 struct ConfigTable::Node {
   const toml::table* table = nullptr;
-  std::string path;                        // "axis.pan", for messages
-  mutable std::set<std::string> read;      // keys somebody asked for
+  std::string path;                              // "axis.pan", for messages
+  mutable std::set<std::string> read;            // keys somebody asked for
   mutable std::map<std::string, Node> children;  // made on demand, stable addresses
   mutable bool left_to_others = false;
 };
@@ -36,7 +35,8 @@ struct ConfigTable::Document {
     return path.empty() ? out : out + ": " + path;
   }
 
-  const Node& child(const Node& parent, const std::string& id, const std::string& path, const toml::table* table) {
+  const Node& child(const Node& parent, const std::string& id, const std::string& path,
+                    const toml::table* table) {
     Node& made = parent.children[id];
     made.table = table;
     made.path = path;
@@ -76,7 +76,9 @@ std::string nearest(std::string_view word, const std::set<std::string>& known) {
   return fmt::format("did you mean '{}'?", *best);
 }
 
-std::string list(const std::vector<std::string>& words) { return fmt::format("'{}'", fmt::join(words, "', '")); }
+std::string list(const std::vector<std::string>& words) {
+  return fmt::format("'{}'", fmt::join(words, "', '"));
+}
 
 }  // namespace
 
@@ -112,11 +114,13 @@ bool ConfigTable::has(std::string_view key) const {
 
 std::vector<std::string> ConfigTable::keys() const {
   std::vector<std::pair<toml::source_position, std::string>> found;
-  for (const auto& [key, value] : *node_->table) found.emplace_back(key.source().begin, std::string(key.str()));
+  for (const auto& [key, value] : *node_->table)
+    found.emplace_back(key.source().begin, std::string(key.str()));
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
     return std::pair(a.first.line, a.first.column) < std::pair(b.first.line, b.first.column);
   });
   std::vector<std::string> out;
+  out.reserve(found.size());
   for (auto& [position, key] : found) out.push_back(std::move(key));
   return out;
 }
@@ -134,7 +138,9 @@ std::string ConfigTable::where(std::string_view key) const {
   return document_->place(at != nullptr ? at : node_->table, join(node_->path, key));
 }
 
-void ConfigTable::leave_to_others() const { node_->left_to_others = true; }
+void ConfigTable::leave_to_others() const {
+  node_->left_to_others = true;
+}
 
 double ConfigTable::number(std::string_view key, Range range) const {
   node_->read.emplace(key);
@@ -218,7 +224,8 @@ std::string ConfigTable::text_or(std::string_view key, std::string_view fallback
 std::string ConfigTable::choice(std::string_view key, const std::vector<std::string>& allowed) const {
   const std::size_t before = document_->errors.size();
   std::string value = text(key);
-  if (document_->errors.size() == before && std::find(allowed.begin(), allowed.end(), value) == allowed.end()) {
+  if (document_->errors.size() == before &&
+      std::find(allowed.begin(), allowed.end(), value) == allowed.end()) {
     error(key, fmt::format("is '{}'", value), "one of " + list(allowed));
     return allowed.front();
   }
@@ -268,12 +275,14 @@ std::vector<std::vector<double>> ConfigTable::rows(std::string_view key, std::si
     std::vector<double> values;
     for (std::size_t j = 0; row != nullptr && j < row->size(); ++j) {
       const toml::node& item = *row->get(j);
-      if (const auto value = item.is_number() ? item.value<double>() : std::nullopt; value && std::isfinite(*value)) {
+      if (const auto value = item.is_number() ? item.value<double>() : std::nullopt;
+          value && std::isfinite(*value)) {
         values.push_back(*value);
       }
     }
     if (row == nullptr || row->size() != columns || values.size() != columns) {
-      error(key, fmt::format("row {} (line {}) must be {} numbers", i + 1, array->get(i)->source().begin.line, columns));
+      error(key, fmt::format("row {} (line {}) must be {} numbers", i + 1, array->get(i)->source().begin.line,
+                             columns));
       return out;
     }
     out.push_back(std::move(values));
@@ -303,8 +312,10 @@ std::vector<std::string> ConfigTable::texts(std::string_view key) const {
 
 ConfigTable ConfigTable::table(std::string_view key) const {
   if (auto found = table_if(key)) return *found;
-  if (!node_->table->contains(key)) error(key, "is missing", fmt::format("a table [{}]", join(node_->path, key)));
-  const Node& none = document_->child(*node_, fmt::format("{}", key), join(node_->path, key), &document_->empty);
+  if (!node_->table->contains(key))
+    error(key, "is missing", fmt::format("a table [{}]", join(node_->path, key)));
+  const Node& none =
+      document_->child(*node_, fmt::format("{}", key), join(node_->path, key), &document_->empty);
   return {document_, &none};
 }
 

@@ -1,5 +1,5 @@
-// TOML with its positions kept, so that every error names file, line, column and key, and a key nobody read is an
-// error too. toml++ parses; nothing of it shows here.
+// TOML with its positions kept, so that every error names file, line, column and key, and a key nobody read
+// is an error too. toml++ parses; nothing of it shows here.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +19,8 @@ struct Range {
   double high;
 };
 
-/// One table of a TOML document. Readers of a missing or wrong key note an error and return a neutral value, so that
-/// one run reports every mistake; `finish` on the root tells. Copies share the document.
+/// One table of a TOML document. Readers of a missing or wrong key note an error and return a neutral value,
+/// so that one run reports every mistake; `finish` on the root tells. Copies share the document.
 class ConfigTable {
  public:
   [[nodiscard]] static Result<ConfigTable> parse_file(const std::string& path);
@@ -60,10 +60,12 @@ class ConfigTable {
   /// "file:line:column table.key", for messages made elsewhere.
   [[nodiscard]] std::string where(std::string_view key = {}) const;
 
-  /// Marks this table and all below it as read: for a part that somebody else will read (the settings of a driver).
+  /// Marks this table and all below it as read: for a part that somebody else will read (the settings of a
+  /// driver).
   void leave_to_others() const;
 
-  /// Every error noted in the whole document and every key in it that nobody read, as one Error with a line each.
+  /// Every error noted in the whole document and every key in it that nobody read, as one Error with a line
+  /// each.
   [[nodiscard]] Result<void> finish() const;
 
  private:

@@ -1,14 +1,13 @@
 #include "core/base/files.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <fcntl.h>
 #include <fstream>
 #include <sstream>
+#include <sys/stat.h>
+#include <unistd.h>
 
 namespace rig::base {
 
@@ -45,7 +44,8 @@ class Descriptor {
 
 Result<std::string> read_file(const fs::path& path) {
   std::error_code error;
-  if (fs::is_directory(path, error)) return fail(ErrorCode::bad_input, "is a folder, not a file", path.string());
+  if (fs::is_directory(path, error))
+    return fail(ErrorCode::bad_input, "is a folder, not a file", path.string());
   std::ifstream in(path, std::ios::binary);
   if (!in) return system_failure("open", path, errno);
   std::ostringstream out;
@@ -80,7 +80,8 @@ Result<void> rename_durably(const fs::path& from, const fs::path& to) {
   struct stat target {};
   const bool folder_in_the_way = ::stat(to.c_str(), &target) == 0 && S_ISDIR(target.st_mode);
   const unsigned int flags = folder_in_the_way ? RENAME_EXCHANGE : 0;
-  if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), flags) != 0) return system_failure("rename", from, errno);
+  if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), flags) != 0)
+    return system_failure("rename", from, errno);
   if (auto flushed = flush_folder(to.parent_path()); !flushed) return flushed;
   if (from.parent_path() != to.parent_path()) {
     if (auto flushed = flush_folder(from.parent_path()); !flushed) return flushed;

@@ -1,11 +1,10 @@
 #include "core/base/hash.h"
 
-#include <openssl/evp.h>
-
 #include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <openssl/evp.h>
 #include <stdexcept>
 #include <vector>
 
@@ -52,7 +51,8 @@ std::string sha256_hex(std::span<const std::byte> bytes) {
 
 Result<std::string> sha256_of_file(const std::filesystem::path& path) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
-  if (!file) return fail(ErrorCode::not_found, fmt::format("cannot open: {}", std::strerror(errno)), path.string());
+  if (!file)
+    return fail(ErrorCode::not_found, fmt::format("cannot open: {}", std::strerror(errno)), path.string());
   Sha256 hash;
   std::vector<std::byte> buffer(std::size_t{1} << 20);
   while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), file.get())) {

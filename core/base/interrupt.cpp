@@ -20,7 +20,9 @@ void catch_interrupts() {
   std::signal(SIGTERM, &on_signal);
 }
 
-bool interrupted() { return asked_to_end != 0; }
+bool interrupted() {
+  return asked_to_end != 0;
+}
 
 tl::unexpected<Error> interrupted_error(std::string left) {
   return fail(ErrorCode::interrupted, "interrupted", {}, std::move(left));

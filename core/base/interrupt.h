@@ -11,7 +11,8 @@ void catch_interrupts();
 /// Whether somebody asked the program to end. False for ever where catch_interrupts was not called.
 [[nodiscard]] bool interrupted();
 
-/// The Error of work that ended early because it was asked to; `left` says what remains usable and how to go on.
+/// The Error of work that ended early because it was asked to; `left` says what remains usable and how to go
+/// on.
 [[nodiscard]] tl::unexpected<Error> interrupted_error(std::string left);
 
 }  // namespace rig::base

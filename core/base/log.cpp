@@ -1,9 +1,8 @@
 #include "core/base/log.h"
 
+#include <cstdlib>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
-
-#include <cstdlib>
 
 namespace rig::base {
 
@@ -38,6 +37,8 @@ void log_line(LogLevel level, std::string_view message) {
   logger().log(translate(level), spdlog::string_view_t(message.data(), message.size()));
 }
 
-void set_log_level(LogLevel level) { logger().set_level(translate(level)); }
+void set_log_level(LogLevel level) {
+  logger().set_level(translate(level));
+}
 
 }  // namespace rig::base

@@ -1,8 +1,8 @@
-// One line a message to standard error, through spdlog. Under systemd the journal adds the time, so it is left out.
+// One line a message to standard error, through spdlog. Under systemd the journal adds the time, so it is
+// left out.
 #pragma once
 
 #include <fmt/format.h>
-
 #include <string_view>
 #include <utility>
 

@@ -8,8 +8,8 @@
 
 namespace rig::base {
 
-/// Prints "assemble: 12/64 poses, 19 %, 0:41 left" to standard error: on a terminal one line that is overwritten,
-/// elsewhere a line every ten seconds. Safe to call from many threads.
+/// Prints "assemble: 12/64 poses, 19 %, 0:41 left" to standard error: on a terminal one line that is
+/// overwritten, elsewhere a line every ten seconds. Safe to call from many threads.
 class Progress {
  public:
   /// `unit` is the plural of what is counted: "poses", "texels".

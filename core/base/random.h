@@ -1,5 +1,5 @@
-// Reproducible random numbers on every platform: counter based, so that a value depends on what it is for and not on
-// how many were drawn before it.
+// Reproducible random numbers on every platform: counter based, so that a value depends on what it is for and
+// not on how many were drawn before it.
 #pragma once
 
 #include <cmath>
@@ -36,7 +36,9 @@ class Random {
   double uniform() { return unit_from_bits(bits()); }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
   /// Uniform in 0 .. n-1.
-  std::uint64_t below(std::uint64_t n) { return static_cast<std::uint64_t>(uniform() * static_cast<double>(n)); }
+  std::uint64_t below(std::uint64_t n) {
+    return static_cast<std::uint64_t>(uniform() * static_cast<double>(n));
+  }
   /// Standard normal (Box and Muller 1958).
   double normal() {
     const double radius = std::sqrt(-2.0 * std::log1p(-uniform()));

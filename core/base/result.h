@@ -1,9 +1,8 @@
-// Errors that a caller can expect (device answers, files, configuration) are values; exceptions are for bugs and
-// for what nobody can act on.
+// Errors that a caller can expect (device answers, files, configuration) are values; exceptions are for bugs
+// and for what nobody can act on.
 #pragma once
 
 #include <fmt/format.h>
-
 #include <string>
 #include <tl/expected.hpp>
 #include <utility>

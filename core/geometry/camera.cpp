@@ -7,8 +7,8 @@ namespace rig::geometry {
 namespace {
 
 struct Distorted {
-  double x, y;                    // distorted normalised coordinates
-  double xx, xy, yy;              // their derivatives: dx/dx, dx/dy (= dy/dx), dy/dy
+  double x, y;        // distorted normalised coordinates
+  double xx, xy, yy;  // their derivatives: dx/dx, dx/dy (= dy/dx), dy/dy
 };
 
 Distorted distort(const CameraIntrinsics& c, double x, double y) {

@@ -1,5 +1,5 @@
-// Directions on the hemisphere of the sample: unit vectors in the sample frame, z along the outward normal; polar
-// angle from z, azimuth from x towards y.
+// Directions on the hemisphere of the sample: unit vectors in the sample frame, z along the outward normal;
+// polar angle from z, azimuth from x towards y.
 #pragma once
 
 #include "core/geometry/vec.h"
@@ -18,9 +18,13 @@ struct Polar {
 [[nodiscard]] double angle_between(Vec3 a, Vec3 b);
 
 /// The mirror direction of `d` about the normal z.
-[[nodiscard]] constexpr Vec3 mirrored(Vec3 d) { return {-d.x, -d.y, d.z}; }
+[[nodiscard]] constexpr Vec3 mirrored(Vec3 d) {
+  return {-d.x, -d.y, d.z};
+}
 
 /// The unit vector halfway between two unit vectors that are not opposite.
-[[nodiscard]] inline Vec3 half_vector(Vec3 a, Vec3 b) { return normalized(a + b); }
+[[nodiscard]] inline Vec3 half_vector(Vec3 a, Vec3 b) {
+  return normalized(a + b);
+}
 
 }  // namespace rig::geometry

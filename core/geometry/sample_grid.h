@@ -5,9 +5,9 @@
 
 namespace rig::geometry {
 
-/// An S x T map over a sample of width_m x height_m whose centre is the origin of the sample frame. Texel (s, t),
-/// zero-based, has its centre at ((s+0.5)/S - 0.5) width, ((t+0.5)/T - 0.5) height (Mortensen and Andersen 2007,
-/// 9.2, with its origin moved to the centre). Row 0 is the edge of least y.
+/// An S x T map over a sample of width_m x height_m whose centre is the origin of the sample frame. Texel (s,
+/// t), zero-based, has its centre at ((s+0.5)/S - 0.5) width, ((t+0.5)/T - 0.5) height (Mortensen and
+/// Andersen 2007, 9.2, with its origin moved to the centre). Row 0 is the edge of least y.
 struct SampleGrid {
   int columns = 0;  ///< S
   int rows = 0;     ///< T

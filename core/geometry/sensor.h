@@ -9,13 +9,13 @@ namespace rig::geometry {
 
 struct SensorModel {
   int bits = 12;
-  double black_dn = 0;        ///< mean value without light, digital numbers
-  double saturation_dn = 0;   ///< from this value on a sample says only "at least this much"
+  double black_dn = 0;       ///< mean value without light, digital numbers
+  double saturation_dn = 0;  ///< from this value on a sample says only "at least this much"
   double electrons_per_dn = 1;
-  double read_noise_e = 0;    ///< standard deviation, electrons
+  double read_noise_e = 0;  ///< standard deviation, electrons
 
-  /// Variance, in squared digital numbers, of a sample whose value above black is `signal_dn`: photon noise, read
-  /// noise and quantisation.
+  /// Variance, in squared digital numbers, of a sample whose value above black is `signal_dn`: photon noise,
+  /// read noise and quantisation.
   [[nodiscard]] double variance_dn2(double signal_dn) const {
     const double photon_dn2 = (signal_dn > 0 ? signal_dn : 0) / electrons_per_dn;
     const double read_dn = read_noise_e / electrons_per_dn;

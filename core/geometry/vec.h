@@ -14,21 +14,37 @@ struct Vec3 {
   double x = 0, y = 0, z = 0;
 };
 
-[[nodiscard]] constexpr Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-[[nodiscard]] constexpr Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-[[nodiscard]] constexpr Vec3 operator-(Vec3 a) { return {-a.x, -a.y, -a.z}; }
-[[nodiscard]] constexpr Vec3 operator*(double s, Vec3 a) { return {s * a.x, s * a.y, s * a.z}; }
-[[nodiscard]] constexpr double dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+[[nodiscard]] constexpr Vec3 operator+(Vec3 a, Vec3 b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+[[nodiscard]] constexpr Vec3 operator-(Vec3 a, Vec3 b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+[[nodiscard]] constexpr Vec3 operator-(Vec3 a) {
+  return {-a.x, -a.y, -a.z};
+}
+[[nodiscard]] constexpr Vec3 operator*(double s, Vec3 a) {
+  return {s * a.x, s * a.y, s * a.z};
+}
+[[nodiscard]] constexpr double dot(Vec3 a, Vec3 b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 [[nodiscard]] constexpr Vec3 cross(Vec3 a, Vec3 b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-[[nodiscard]] inline double length(Vec3 a) { return std::sqrt(dot(a, a)); }
-[[nodiscard]] inline Vec3 normalized(Vec3 a) { return (1.0 / length(a)) * a; }
+[[nodiscard]] inline double length(Vec3 a) {
+  return std::sqrt(dot(a, a));
+}
+[[nodiscard]] inline Vec3 normalized(Vec3 a) {
+  return (1.0 / length(a)) * a;
+}
 
 /// Row-major 3 x 3 matrix.
 struct Mat3 {
   std::array<double, 9> m{1, 0, 0, 0, 1, 0, 0, 0, 1};
-  [[nodiscard]] constexpr double operator()(int r, int c) const { return m[static_cast<std::size_t>(3 * r + c)]; }
+  [[nodiscard]] constexpr double operator()(int r, int c) const {
+    return m[static_cast<std::size_t>(3 * r + c)];
+  }
   constexpr double& operator()(int r, int c) { return m[static_cast<std::size_t>(3 * r + c)]; }
 };
 
@@ -45,8 +61,8 @@ struct Mat3 {
 [[nodiscard]] Mat3 rotation_y(double angle_rad);
 [[nodiscard]] Mat3 rotation_z(double angle_rad);
 
-/// The rotation about `axis_angle`/|axis_angle| by |axis_angle| radians (Rodrigues), and its inverse with an angle in
-/// [0, pi].
+/// The rotation about `axis_angle`/|axis_angle| by |axis_angle| radians (Rodrigues), and its inverse with an
+/// angle in [0, pi].
 [[nodiscard]] Mat3 rotation_from_axis_angle(Vec3 axis_angle_rad);
 [[nodiscard]] Vec3 axis_angle_from_rotation(const Mat3& rotation);
 

@@ -1,5 +1,6 @@
-// What rigd asks of a device. Every call is short: it starts, polls or reads, and returns; nothing waits for motion or
-// light. Capabilities are asked for, never assumed. All calls of one device come from the one worker of its bus.
+// What rigd asks of a device. Every call is short: it starts, polls or reads, and returns; nothing waits for
+// motion or light. Capabilities are asked for, never assumed. All calls of one device come from the one
+// worker of its bus.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +19,7 @@ namespace rig::drivers {
 using base::Result;
 
 struct AxisCapabilities {
-  double resolution_rad = 0;            ///< smallest commanded step
+  double resolution_rad = 0;  ///< smallest commanded step
   double max_velocity_rad_s = 0;
   double max_acceleration_rad_s2 = 0;
   bool keeps_position_unpowered = false;  ///< an absolute encoder: homed survives a power cycle
@@ -26,12 +27,12 @@ struct AxisCapabilities {
 };
 
 struct AxisState {
-  double position_rad = 0;              ///< readback
-  bool enabled = false;                 ///< drive energised
+  double position_rad = 0;  ///< readback
+  bool enabled = false;     ///< drive energised
   bool moving = false;
   bool homed = false;
   bool at_low_limit = false, at_high_limit = false;
-  std::string fault;                    ///< empty: none
+  std::string fault;  ///< empty: none
 };
 
 class Axis {
@@ -46,7 +47,8 @@ class Axis {
   /// Starts homing; it is done when state() says homed and not moving.
   [[nodiscard]] virtual Result<void> home() = 0;
   /// Starts an absolute move with at most this velocity and acceleration.
-  [[nodiscard]] virtual Result<void> move_to(double target_rad, double velocity_rad_s, double acceleration_rad_s2) = 0;
+  [[nodiscard]] virtual Result<void> move_to(double target_rad, double velocity_rad_s,
+                                             double acceleration_rad_s2) = 0;
   /// Starts to brake at once; clears what was planned.
   [[nodiscard]] virtual Result<void> stop() = 0;
   [[nodiscard]] virtual Result<AxisState> state() = 0;
@@ -54,18 +56,18 @@ class Axis {
 
 struct CameraCapabilities {
   int width = 0, height = 0;
-  int bits = 16;                        ///< significant bits of a sample
-  std::string bayer;                    ///< "RGGB" ... or "none"
+  int bits = 16;      ///< significant bits of a sample
+  std::string bayer;  ///< "RGGB" ... or "none"
   double min_exposure_s = 0, max_exposure_s = 0;
-  double readout_s = 0;                 ///< from the end of exposure to a complete frame
-  bool overlaps_motion = false;         ///< the rig may move during readout
+  double readout_s = 0;          ///< from the end of exposure to a complete frame
+  bool overlaps_motion = false;  ///< the rig may move during readout
 };
 
 struct FrameInfo {
-  double exposure_s = 0;                ///< as the camera did it
+  double exposure_s = 0;  ///< as the camera did it
   double gain = 1;
   base::Time started{};
-  std::uint64_t counter = 0;            ///< the camera's own frame number
+  std::uint64_t counter = 0;  ///< the camera's own frame number
 };
 
 class Camera {
@@ -88,17 +90,17 @@ class Camera {
 
 struct LightCapabilities {
   bool has_shutter = false;
-  bool has_level = false;               ///< else only 0 and 1
+  bool has_level = false;  ///< else only 0 and 1
   double warm_up_s = 0;
 };
 
 struct LightState {
   bool on = false;
   bool shutter_open = false;
-  double level = 0;                     ///< 0 .. 1
+  double level = 0;  ///< 0 .. 1
   bool warm = false;
-  double hours = 0;                     ///< lamp life used
-  std::string fault;                    ///< empty: none
+  double hours = 0;   ///< lamp life used
+  std::string fault;  ///< empty: none
 };
 
 class Light {
@@ -115,7 +117,7 @@ class Light {
 };
 
 struct Line {
-  std::string name;                     ///< "emergency_stop"
+  std::string name;  ///< "emergency_stop"
   bool output = false;
 };
 
@@ -132,12 +134,14 @@ class DigitalIo {
   [[nodiscard]] virtual Result<void> set(const std::string& line, bool active) = 0;
 };
 
-/// A device that a module offers under a name, and the bus whose worker makes its calls. Buses of one name within one
-/// module are one worker.
+/// A device that a module offers under a name, and the bus whose worker makes its calls. Buses of one name
+/// within one module are one worker.
 struct Device {
   std::string name;
   std::string bus;
-  std::variant<std::unique_ptr<Axis>, std::unique_ptr<Camera>, std::unique_ptr<Light>, std::unique_ptr<DigitalIo>> is;
+  std::variant<std::unique_ptr<Axis>, std::unique_ptr<Camera>, std::unique_ptr<Light>,
+               std::unique_ptr<DigitalIo>>
+      is;
 };
 
 }  // namespace rig::drivers

@@ -1,5 +1,5 @@
-// The one door of a driver module: a shared object that exports `rig_driver_module`. It is loaded at the start of rigd
-// and never unloaded. No exception crosses it.
+// The one door of a driver module: a shared object that exports `rig_driver_module`. It is loaded at the
+// start of rigd and never unloaded. No exception crosses it.
 #pragma once
 
 #include <filesystem>
@@ -28,21 +28,21 @@ namespace rig::drivers {
 #define RIG_DRIVER_ABI_VERSION 1
 
 /// Host and module must agree on it letter by letter: interface, compiler and sanitizer.
-inline constexpr const char* kAbiTag =
-    "rig-driver-" RIG_DRIVER_STRINGIFY(RIG_DRIVER_ABI_VERSION) " gcc-" RIG_DRIVER_STRINGIFY(__GNUC__) " " RIG_DRIVER_SANITIZER;
+inline constexpr const char* kAbiTag = "rig-driver-" RIG_DRIVER_STRINGIFY(
+    RIG_DRIVER_ABI_VERSION) " gcc-" RIG_DRIVER_STRINGIFY(__GNUC__) " " RIG_DRIVER_SANITIZER;
 
 /// What a module is opened with.
 struct OpenContext {
-  std::string instance;                 ///< name of the [[module]] in rig.toml
-  const base::ConfigTable& settings;    ///< its [module.settings]; its errors name file, line and key
-  std::filesystem::path state_folder;   ///< exists; the module may keep files there between runs
-  base::Clock& clock;                   ///< outlives the module's devices
+  std::string instance;                ///< name of the [[module]] in rig.toml
+  const base::ConfigTable& settings;   ///< its [module.settings]; its errors name file, line and key
+  std::filesystem::path state_folder;  ///< exists; the module may keep files there between runs
+  base::Clock& clock;                  ///< outlives the module's devices
   void (*log)(base::LogLevel, std::string_view);
 };
 
 struct ModuleEntry {
-  const char* abi_tag;                  ///< kAbiTag
-  const char* name;                     ///< "virtual"
+  const char* abi_tag;  ///< kAbiTag
+  const char* name;     ///< "virtual"
   /// Validates settings without hardware; notes its errors in `settings`.
   void (*check)(const base::ConfigTable& settings) noexcept;
   /// Opens the hardware and offers its devices.
