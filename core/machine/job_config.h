@@ -13,28 +13,28 @@
 namespace rig::machine {
 
 enum class ExposureStrategy {
-  fixed,   ///< every exposure of the list
-  halve,   ///< from the longest, halved until the sample is not saturated (Mortensen and Andersen 2007, 16.3)
+  fixed,  ///< every exposure of the list
+  halve,  ///< from the longest, halved until the sample is not saturated (Mortensen and Andersen 2007, 16.3)
 };
 
 struct ExposureConfig {
   ExposureStrategy strategy = ExposureStrategy::fixed;
-  std::vector<double> exposures_s;      ///< fixed: the bracket, longest first
-  double longest_s = 0;                 ///< halve: where to begin
-  int most_frames = 1;                  ///< halve: bound on the bracket
-  double saturated_share = 0;           ///< halve: share of the sample's pixels that may be saturated
+  std::vector<double> exposures_s;  ///< fixed: the bracket, longest first
+  double longest_s = 0;             ///< halve: where to begin
+  int most_frames = 1;              ///< halve: bound on the bracket
+  double saturated_share = 0;       ///< halve: share of the sample's pixels that may be saturated
 };
 
 struct RetryConfig {
-  int attempts = 3;                     ///< of one pose, before it is abandoned
-  double delay_s = 1;                   ///< before the second attempt, doubled with each further one
+  int attempts = 3;    ///< of one pose, before it is abandoned
+  double delay_s = 1;  ///< before the second attempt, doubled with each further one
 };
 
 struct JobConfig {
   std::string name;
-  std::string sample;                   ///< the sample's name, for people
-  std::string operator_name;            ///< may be empty
-  std::vector<JointAngles> poses;       ///< in the order in which they are to be taken
+  std::string sample;              ///< the sample's name, for people
+  std::string operator_name;       ///< may be empty
+  std::vector<JointAngles> poses;  ///< in the order in which they are to be taken
   ExposureConfig exposure;
   RetryConfig retry;
 };
@@ -45,8 +45,9 @@ struct JobConfig {
 /// job.toml as text that parse_job_config reads back to the same value, with a comment on top.
 [[nodiscard]] std::string format_job_config(const JobConfig& job, std::string_view comment);
 
-/// Whether the rig can do the job, before anything moves: every pose within the limits and out of the keep-out zones,
-/// also on the way from pose to pose, every exposure within the camera's. All mistakes in one Error.
+/// Whether the rig can do the job, before anything moves: every pose within the limits and out of the
+/// keep-out zones, also on the way from pose to pose, every exposure within the camera's. All mistakes in one
+/// Error.
 [[nodiscard]] base::Result<void> check_job(const RigConfig& rig, const JobConfig& job);
 
 }  // namespace rig::machine

@@ -1,9 +1,9 @@
 // Nominal kinematics of the rig (McAllister 2002, 3.2): what the angles mean before anything is calibrated.
 //
-// Bench frame: origin where the roll, tilt and pan axes meet; y up, along the pan axis; z from there to the camera;
-// x completes a right-handed frame. The light arm turns about y; at arm angle a the light is at
-// radius (sin a, 0, cos a). The pan motor (about y) carries the tilt motor (about x), which carries roll (about z),
-// which carries the sample plane_offset_m in front of the common point.
+// Bench frame: origin where the roll, tilt and pan axes meet; y up, along the pan axis; z from there to the
+// camera; x completes a right-handed frame. The light arm turns about y; at arm angle a the light is at
+// radius (sin a, 0, cos a). The pan motor (about y) carries the tilt motor (about x), which carries roll
+// (about z), which carries the sample plane_offset_m in front of the common point.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,8 @@
 
 namespace rig::machine {
 
-[[nodiscard]] geometry::RigidTransform bench_from_sample(const CarrierConfig& carrier, const JointAngles& angles);
+[[nodiscard]] geometry::RigidTransform bench_from_sample(const CarrierConfig& carrier,
+                                                         const JointAngles& angles);
 [[nodiscard]] geometry::Vec3 light_in_bench(const LightConfig& light, const JointAngles& angles);
 [[nodiscard]] geometry::Vec3 camera_in_bench(const CameraConfig& camera);
 
@@ -26,9 +27,9 @@ struct DirectionPair {
 };
 [[nodiscard]] DirectionPair directions_at_centre(const RigConfig& rig, const JointAngles& angles);
 
-/// The image of the sample's outline, four pixels in the order (-x,-y) (+x,-y) (+x,+y) (-x,+y); nothing where a corner
-/// is behind the camera.
+/// The image of the sample's outline, four pixels in the order (-x,-y) (+x,-y) (+x,+y) (-x,+y); nothing where
+/// a corner is behind the camera.
 [[nodiscard]] std::optional<std::vector<geometry::Vec2>> sample_outline(const RigConfig& rig,
-                                                                       const JointAngles& angles);
+                                                                        const JointAngles& angles);
 
 }  // namespace rig::machine

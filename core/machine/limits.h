@@ -16,9 +16,10 @@ namespace rig::machine {
 /// Whether the rig may stand so: every axis within its limits and no keep-out rule broken.
 [[nodiscard]] base::Result<void> check_standing(const RigConfig& rig, const JointAngles& angles);
 
-/// Whether the rig may move from one pose to another with the axes moving together. Because the axes' progress depends
-/// on load, every combination that the four trapezoids can pass through is covered: the box spanned by `from` and `to`
-/// is swept in steps no body travels more than half its clearance in.
-[[nodiscard]] base::Result<void> check_move(const RigConfig& rig, const JointAngles& from, const JointAngles& to);
+/// Whether the rig may move from one pose to another with the axes moving together. Because the axes'
+/// progress depends on load, every combination that the four trapezoids can pass through is covered: the box
+/// spanned by `from` and `to` is swept in steps no body travels more than half its clearance in.
+[[nodiscard]] base::Result<void> check_move(const RigConfig& rig, const JointAngles& from,
+                                            const JointAngles& to);
 
 }  // namespace rig::machine

@@ -22,21 +22,21 @@ struct DeviceRef {
 
 struct AxisConfig {
   DeviceRef device;
-  double min_rad = 0, max_rad = 0;          ///< travel limits; min < max
+  double min_rad = 0, max_rad = 0;  ///< travel limits; min < max
   double max_velocity_rad_s = 0;
   double max_acceleration_rad_s2 = 0;
-  double jog_velocity_rad_s = 0;            ///< reduced speed, the only one before homing
-  double tolerance_rad = 0;                 ///< |readback - target| at arrival
+  double jog_velocity_rad_s = 0;  ///< reduced speed, the only one before homing
+  double tolerance_rad = 0;       ///< |readback - target| at arrival
   double settle_s = 0;
-  double approach_rad = 0;                  ///< length of the final approach from below; 0: approach from anywhere
-  double home_rad = 0;                      ///< where homing ends
+  double approach_rad = 0;  ///< length of the final approach from below; 0: approach from anywhere
+  double home_rad = 0;      ///< where homing ends
 };
 
-/// A keep-out rule between two bodies of the rig, by nominal geometry: the straight-line clearance between the light
-/// head, the camera body and the sample carrier.
+/// A keep-out rule between two bodies of the rig, by nominal geometry: the straight-line clearance between
+/// the light head, the camera body and the sample carrier.
 struct KeepOut {
   std::string name;
-  std::string first, second;   ///< "light", "camera", "carrier"
+  std::string first, second;  ///< "light", "camera", "carrier"
   double clearance_m = 0;
 };
 
@@ -49,22 +49,22 @@ struct Bodies {
 
 struct Fiducial {
   int id = 0;
-  double x_m = 0, y_m = 0;     ///< centre, sample frame
-  double size_m = 0;           ///< edge of the black border square
-  double turn_rad = 0;         ///< rotation about z; 0: the tag's top is towards +y
+  double x_m = 0, y_m = 0;  ///< centre, sample frame
+  double size_m = 0;        ///< edge of the black border square
+  double turn_rad = 0;      ///< rotation about z; 0: the tag's top is towards +y
 };
 
 struct Patch {
-  double x_m = 0, y_m = 0;     ///< centre, sample frame
+  double x_m = 0, y_m = 0;  ///< centre, sample frame
   double width_m = 0, height_m = 0;
-  double reflectance = 0;      ///< albedo of a diffuse reference, BRDF = reflectance / pi
+  double reflectance = 0;  ///< albedo of a diffuse reference, BRDF = reflectance / pi
 };
 
 /// The carrier: its frame is the sample frame, origin at the centre of the sample, z the outward normal.
 struct CarrierConfig {
-  double plane_offset_m = 0;   ///< sample plane in front of the common point of roll, tilt and pan axis
+  double plane_offset_m = 0;  ///< sample plane in front of the common point of roll, tilt and pan axis
   double sample_width_m = 0, sample_height_m = 0;
-  std::string tag_family;      ///< "tag36h11"
+  std::string tag_family;  ///< "tag36h11"
   std::vector<Fiducial> fiducials;
   std::vector<Patch> patches;  ///< reference patches; at least one
 };
@@ -76,13 +76,13 @@ struct CameraConfig {
   geometry::SensorModel sensor;
   std::array<double, 3> white_balance{1, 1, 1};  ///< factors that make a neutral surface equal in R, G, B
   double min_exposure_s = 0, max_exposure_s = 0;
-  geometry::RigidTransform camera_from_bench;    ///< nominal extrinsics
+  geometry::RigidTransform camera_from_bench;  ///< nominal extrinsics
 };
 
 struct LightConfig {
   DeviceRef device;
-  double arm_radius_m = 0;     ///< from the pan axis to the light's centre
-  double aperture_m = 0;       ///< diameter of the emitting disc
+  double arm_radius_m = 0;  ///< from the pan axis to the light's centre
+  double aperture_m = 0;    ///< diameter of the emitting disc
   double warm_up_s = 0;
 };
 
@@ -110,7 +110,7 @@ struct RigConfig {
   CameraConfig camera;
   LightConfig light;
   CarrierConfig carrier;
-  std::optional<LineRef> emergency_stop;   ///< input that says the hardware cut drive power
+  std::optional<LineRef> emergency_stop;  ///< input that says the hardware cut drive power
   Bodies bodies;
   std::vector<KeepOut> keep_out;
 };

@@ -1,0 +1,158 @@
+#include "core/machine/job_config.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/base/config.h"
+#include "core/base/units.h"
+#include "core/machine/limits.h"
+
+namespace rig::machine {
+
+using base::ConfigTable;
+
+namespace {
+
+constexpr int kJobFormat = 1;
+constexpr double kLongest_us = 1e10;
+
+ExposureConfig read_exposure(const ConfigTable& table) {
+  ExposureConfig exposure;
+  if (table.choice("strategy", {"fixed", "halve"}) == "fixed") {
+    exposure.strategy = ExposureStrategy::fixed;
+    for (const double us : table.numbers("exposures_us", 0, {0.01, kLongest_us})) {
+      exposure.exposures_s.push_back(us * 1e-6);
+    }
+    if (exposure.exposures_s.empty()) table.error("exposures_us", "names no exposure");
+    if (!std::is_sorted(exposure.exposures_s.rbegin(), exposure.exposures_s.rend())) {
+      table.error("exposures_us", "must begin with the longest exposure");
+    }
+    return exposure;
+  }
+  exposure.strategy = ExposureStrategy::halve;
+  exposure.longest_s = table.number("longest_us", {0.01, kLongest_us}) * 1e-6;
+  exposure.most_frames = static_cast<int>(table.integer("most_frames", 1, 32));
+  exposure.saturated_share = table.number_or("saturated_share", 0, {0, 1});
+  return exposure;
+}
+
+base::Result<JobConfig> read_job(const ConfigTable& root) {
+  if (const auto format = root.integer("format", 1, std::numeric_limits<int>::max()); format > kJobFormat) {
+    return base::fail(base::ErrorCode::newer,
+                      fmt::format("format {} is newer than this program reads ({})", format, kJobFormat),
+                      root.where("format"), "use a newer rigd");
+  }
+  JobConfig job;
+  job.name = root.text("name");
+  job.sample = root.text("sample");
+  job.operator_name = root.text_or("operator", "");
+  job.exposure = read_exposure(root.table("exposure"));
+  if (const auto retry = root.table_if("retry")) {
+    job.retry.attempts = static_cast<int>(retry->integer_or("attempts", job.retry.attempts, 1, 100));
+    job.retry.delay_s = retry->number_or("delay_s", job.retry.delay_s, {0, 3600});
+  }
+  const ConfigTable poses = root.table("poses");
+  for (const auto& row : poses.rows("angles_deg", kAxisCount)) {
+    JointAngles angles{};
+    std::transform(row.begin(), row.end(), angles.begin(), base::radians);
+    job.poses.push_back(angles);
+  }
+  if (job.poses.empty()) poses.error("angles_deg", "has no pose");
+  if (auto done = root.finish(); !done) return base::pass(done);
+  return job;
+}
+
+// A TOML basic string.
+std::string quoted(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out + "\"";
+}
+
+// A TOML float with every digit that matters.
+std::string number(double value) {
+  std::string out = fmt::format("{}", value);
+  if (out.find_first_of(".en") == std::string::npos) out += ".0";
+  return out;
+}
+
+}  // namespace
+
+base::Result<JobConfig> parse_job_config(std::string_view text, const std::string& name) {
+  auto root = ConfigTable::parse(text, name);
+  if (!root) return base::pass(root);
+  return read_job(*root);
+}
+
+base::Result<JobConfig> load_job_config(const std::string& path) {
+  auto root = ConfigTable::parse_file(path);
+  if (!root) return base::pass(root);
+  return read_job(*root);
+}
+
+std::string format_job_config(const JobConfig& job, std::string_view comment) {
+  std::string out;
+  for (std::size_t begin = 0; begin < comment.size();) {
+    const std::size_t end = std::min(comment.find('\n', begin), comment.size());
+    out += fmt::format("# {}\n", comment.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  out +=
+      fmt::format("format = {}\nname = {}\nsample = {}\n", kJobFormat, quoted(job.name), quoted(job.sample));
+  if (!job.operator_name.empty()) out += fmt::format("operator = {}\n", quoted(job.operator_name));
+  out += "\n[exposure]\n";
+  if (job.exposure.strategy == ExposureStrategy::fixed) {
+    std::string list;
+    for (const double s : job.exposure.exposures_s) list += (list.empty() ? "" : ", ") + number(s * 1e6);
+    out += fmt::format("strategy = \"fixed\"\nexposures_us = [{}]\n", list);
+  } else {
+    out += fmt::format("strategy = \"halve\"\nlongest_us = {}\nmost_frames = {}\nsaturated_share = {}\n",
+                       number(job.exposure.longest_s * 1e6), job.exposure.most_frames,
+                       number(job.exposure.saturated_share));
+  }
+  out +=
+      fmt::format("\n[retry]\nattempts = {}\ndelay_s = {}\n", job.retry.attempts, number(job.retry.delay_s));
+  out += "\n[poses]\n# roll, tilt, pan, arm\nangles_deg = [\n";
+  for (const JointAngles& pose : job.poses) {
+    out +=
+        fmt::format("  [{}, {}, {}, {}],\n", number(base::degrees(pose[0])), number(base::degrees(pose[1])),
+                    number(base::degrees(pose[2])), number(base::degrees(pose[3])));
+  }
+  return out + "]\n";
+}
+
+base::Result<void> check_job(const RigConfig& rig, const JobConfig& job) {
+  std::vector<std::string> errors;
+  const auto check_exposure = [&](double seconds) {
+    if (seconds >= rig.camera.min_exposure_s && seconds <= rig.camera.max_exposure_s) return;
+    errors.push_back(fmt::format("exposure of {:.3f} us: the camera takes {:.3f} to {:.3f} us", seconds * 1e6,
+                                 rig.camera.min_exposure_s * 1e6, rig.camera.max_exposure_s * 1e6));
+  };
+  for (const double s : job.exposure.exposures_s) check_exposure(s);
+  if (job.exposure.strategy == ExposureStrategy::halve) {
+    check_exposure(job.exposure.longest_s);
+    check_exposure(job.exposure.longest_s / static_cast<double>(1U << (job.exposure.most_frames - 1)));
+  }
+  for (std::size_t i = 0; i < job.poses.size(); ++i) {
+    auto ok = i == 0 ? check_standing(rig, job.poses[i]) : check_move(rig, job.poses[i - 1], job.poses[i]);
+    if (!ok) errors.push_back(fmt::format("pose {}: {}", i, ok.error().what));
+  }
+  if (errors.empty()) return {};
+  constexpr std::size_t kMostShown = 20;
+  const std::size_t left = errors.size() > kMostShown ? errors.size() - kMostShown : 0;
+  if (left > 0) errors.resize(kMostShown);
+  return base::fail(base::ErrorCode::bad_input,
+                    fmt::format("the rig cannot do this job:\n  {}{}", fmt::join(errors, "\n  "),
+                                left > 0 ? fmt::format("\n  and {} more", left) : ""));
+}
+
+}  // namespace rig::machine
