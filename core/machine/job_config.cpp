@@ -1,6 +1,8 @@
 #include "core/machine/job_config.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "core/base/config.h"
@@ -14,30 +16,37 @@ using base::ConfigTable;
 namespace {
 
 constexpr int kJobFormat = 1;
+constexpr std::int64_t kAnyFormat = std::numeric_limits<std::int64_t>::max();
+constexpr double kShortest_us = 0.01;
 constexpr double kLongest_us = 1e10;
+
+double seconds_from_us(double us) {
+  return us * 1e-6;
+}
 
 ExposureConfig read_exposure(const ConfigTable& table) {
   ExposureConfig exposure;
   if (table.choice("strategy", {"fixed", "halve"}) == "fixed") {
     exposure.strategy = ExposureStrategy::fixed;
-    for (const double us : table.numbers("exposures_us", 0, {0.01, kLongest_us})) {
-      exposure.exposures_s.push_back(us * 1e-6);
+    for (const double us : table.numbers("exposures_us", 0, {kShortest_us, kLongest_us})) {
+      exposure.exposures_s.push_back(seconds_from_us(us));
     }
-    if (exposure.exposures_s.empty()) table.error("exposures_us", "names no exposure");
+    if (table.has("exposures_us") && exposure.exposures_s.empty())
+      table.error("exposures_us", "names no exposure");
     if (!std::is_sorted(exposure.exposures_s.rbegin(), exposure.exposures_s.rend())) {
       table.error("exposures_us", "must begin with the longest exposure");
     }
     return exposure;
   }
   exposure.strategy = ExposureStrategy::halve;
-  exposure.longest_s = table.number("longest_us", {0.01, kLongest_us}) * 1e-6;
+  exposure.longest_s = seconds_from_us(table.number("longest_us", {kShortest_us, kLongest_us}));
   exposure.most_frames = static_cast<int>(table.integer("most_frames", 1, 32));
   exposure.saturated_share = table.number_or("saturated_share", 0, {0, 1});
   return exposure;
 }
 
 base::Result<JobConfig> read_job(const ConfigTable& root) {
-  if (const auto format = root.integer("format", 1, std::numeric_limits<int>::max()); format > kJobFormat) {
+  if (const auto format = root.integer("format", 1, kAnyFormat); format > kJobFormat) {
     return base::fail(base::ErrorCode::newer,
                       fmt::format("format {} is newer than this program reads ({})", format, kJobFormat),
                       root.where("format"), "use a newer rigd");
@@ -85,6 +94,29 @@ std::string number(double value) {
   return out;
 }
 
+// A value in the unit of the file that `inside` turns into the wanted one. Converting there and back may end
+// one rounding step off, so that the neighbours are tried, the one with the fewest digits first.
+std::string number_at_edge(double wanted, double guess, double (*inside)(double)) {
+  std::string best;
+  double candidate = guess;
+  constexpr int kNeighbours = 3;
+  for (int i = 0; i < kNeighbours; ++i) candidate = std::nextafter(candidate, -INFINITY);
+  for (int i = -kNeighbours; i <= kNeighbours; ++i, candidate = std::nextafter(candidate, INFINITY)) {
+    if (inside(candidate) != wanted) continue;
+    const std::string text = number(candidate);
+    if (best.empty() || text.size() < best.size()) best = text;
+  }
+  return best.empty() ? number(guess) : best;
+}
+
+std::string number_us(double seconds) {
+  return number_at_edge(seconds, seconds * 1e6, &seconds_from_us);
+}
+
+std::string number_deg(double radians) {
+  return number_at_edge(radians, base::degrees(radians), &base::radians);
+}
+
 }  // namespace
 
 base::Result<JobConfig> parse_job_config(std::string_view text, const std::string& name) {
@@ -112,20 +144,19 @@ std::string format_job_config(const JobConfig& job, std::string_view comment) {
   out += "\n[exposure]\n";
   if (job.exposure.strategy == ExposureStrategy::fixed) {
     std::string list;
-    for (const double s : job.exposure.exposures_s) list += (list.empty() ? "" : ", ") + number(s * 1e6);
+    for (const double s : job.exposure.exposures_s) list += (list.empty() ? "" : ", ") + number_us(s);
     out += fmt::format("strategy = \"fixed\"\nexposures_us = [{}]\n", list);
   } else {
     out += fmt::format("strategy = \"halve\"\nlongest_us = {}\nmost_frames = {}\nsaturated_share = {}\n",
-                       number(job.exposure.longest_s * 1e6), job.exposure.most_frames,
+                       number_us(job.exposure.longest_s), job.exposure.most_frames,
                        number(job.exposure.saturated_share));
   }
   out +=
       fmt::format("\n[retry]\nattempts = {}\ndelay_s = {}\n", job.retry.attempts, number(job.retry.delay_s));
   out += "\n[poses]\n# roll, tilt, pan, arm\nangles_deg = [\n";
   for (const JointAngles& pose : job.poses) {
-    out +=
-        fmt::format("  [{}, {}, {}, {}],\n", number(base::degrees(pose[0])), number(base::degrees(pose[1])),
-                    number(base::degrees(pose[2])), number(base::degrees(pose[3])));
+    out += fmt::format("  [{}, {}, {}, {}],\n", number_deg(pose[0]), number_deg(pose[1]), number_deg(pose[2]),
+                       number_deg(pose[3]));
   }
   return out + "]\n";
 }
@@ -142,9 +173,15 @@ base::Result<void> check_job(const RigConfig& rig, const JobConfig& job) {
     check_exposure(job.exposure.longest_s);
     check_exposure(job.exposure.longest_s / static_cast<double>(1U << (job.exposure.most_frames - 1)));
   }
+  // The way to a pose begins at the last one that the rig can take.
+  const JointAngles* before = nullptr;
   for (std::size_t i = 0; i < job.poses.size(); ++i) {
-    auto ok = i == 0 ? check_standing(rig, job.poses[i]) : check_move(rig, job.poses[i - 1], job.poses[i]);
-    if (!ok) errors.push_back(fmt::format("pose {}: {}", i, ok.error().what));
+    const JointAngles& pose = job.poses[i];
+    if (auto ok = before != nullptr ? check_move(rig, *before, pose) : check_standing(rig, pose); !ok) {
+      errors.push_back(fmt::format("pose {}: {}", i, ok.error().what));
+    } else {
+      before = &pose;
+    }
   }
   if (errors.empty()) return {};
   constexpr std::size_t kMostShown = 20;

@@ -42,12 +42,14 @@ struct JobConfig {
 [[nodiscard]] base::Result<JobConfig> load_job_config(const std::string& path);
 [[nodiscard]] base::Result<JobConfig> parse_job_config(std::string_view text, const std::string& name);
 
-/// job.toml as text that parse_job_config reads back to the same value, with a comment on top.
+/// job.toml as text, with a comment on top. parse_job_config reads it back to the same values, bit for bit,
+/// where they are what some number of degrees or microseconds comes to (as all that were read from a file
+/// are); to the last digit otherwise.
 [[nodiscard]] std::string format_job_config(const JobConfig& job, std::string_view comment);
 
 /// Whether the rig can do the job, before anything moves: every pose within the limits and out of the
 /// keep-out zones, also on the way from pose to pose, every exposure within the camera's. All mistakes in one
-/// Error.
+/// Error, with the number of the pose (from 0, as the rows of the scan) and the axis or the rule.
 [[nodiscard]] base::Result<void> check_job(const RigConfig& rig, const JobConfig& job);
 
 }  // namespace rig::machine

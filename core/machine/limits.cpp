@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/base/units.h"
 #include "core/machine/kinematics.h"
@@ -37,52 +38,73 @@ double distance_to_disc(const Body& disc, Vec3 point) {
   return std::hypot(height, std::max(0.0, radial - disc.radius_m));
 }
 
-// Free distance between the surfaces; for a pair of discs (not configurable) the bounding spheres.
-double clearance(const Body& a, const Body& b) {
-  if (a.disc && !b.disc) return distance_to_disc(a, b.centre) - b.radius_m;
-  if (b.disc && !a.disc) return distance_to_disc(b, a.centre) - a.radius_m;
+// Free distance between the surfaces. Two discs cannot meet here: there is one carrier.
+double clearance(const RigConfig& rig, const KeepOut& rule, const JointAngles& angles) {
+  const Body a = body_at(rig, rule.first, angles);
+  const Body b = body_at(rig, rule.second, angles);
+  if (a.disc) return distance_to_disc(a, b.centre) - b.radius_m;
+  if (b.disc) return distance_to_disc(b, a.centre) - a.radius_m;
   return length(a.centre - b.centre) - a.radius_m - b.radius_m;
 }
 
-// How far any point of a body travels at most for these joint steps.
-double travel_bound(const RigConfig& rig, const std::string& name, const JointAngles& step) {
-  if (name == "camera") return 0;
-  if (name == "light") return rig.light.arm_radius_m * std::abs(step[static_cast<std::size_t>(AxisId::arm)]);
-  const double reach = std::hypot(rig.bodies.carrier_radius_m, rig.carrier.plane_offset_m);
-  return reach * (std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2]));
+// All joint angles from centre - half to centre + half.
+struct Box {
+  JointAngles centre{};
+  JointAngles half{};
+};
+
+constexpr auto kRoll = static_cast<std::size_t>(AxisId::roll);
+constexpr auto kTilt = static_cast<std::size_t>(AxisId::tilt);
+constexpr auto kPan = static_cast<std::size_t>(AxisId::pan);
+constexpr auto kArm = static_cast<std::size_t>(AxisId::arm);
+
+// The same question with fewer axes: no body changes under roll, and pan and arm turn about one line, so that
+// light and carrier only see their difference.
+Box reduced(const KeepOut& rule, Box box) {
+  box.centre[kRoll] = 0;
+  box.half[kRoll] = 0;
+  if (rule.first != "camera" && rule.second != "camera") {
+    box.centre[kArm] -= std::exchange(box.centre[kPan], 0.0);
+    box.half[kArm] += std::exchange(box.half[kPan], 0.0);
+  }
+  return box;
 }
 
-// Whether a rule holds everywhere in the box centre +- half: by bounding how far the bodies can get, and
-// halving the box along its widest side where the bound does not decide.
-bool holds_in_box(const RigConfig& rig, const KeepOut& rule, const JointAngles& centre,
-                  const JointAngles& half, int depth) {
-  const double free =
-      clearance(body_at(rig, rule.first, centre), body_at(rig, rule.second, centre)) - rule.clearance_m;
+// How far any point of either body travels at most when one axis turns by so much.
+double travel_bound(const RigConfig& rig, const KeepOut& rule, std::size_t axis, double angle_rad) {
+  const auto involves = [&rule](std::string_view body) { return rule.first == body || rule.second == body; };
+  if (axis == kArm) return involves("light") ? rig.light.arm_radius_m * angle_rad : 0;
+  if (axis == kRoll || !involves("carrier")) return 0;
+  return std::hypot(rig.bodies.carrier_radius_m, rig.carrier.plane_offset_m) * angle_rad;
+}
+
+// Boxes in which no body travels farther than this and that still cannot be told free are refused.
+constexpr double kResolution_m = 1e-4;
+
+// Whether a rule holds everywhere in a box: by bounding how far the bodies get from where they are at its
+// centre, and halving it along the axis that takes them farthest where the bound does not decide.
+bool holds_in(const RigConfig& rig, const KeepOut& rule, const Box& box) {
+  const double free = clearance(rig, rule, box.centre) - rule.clearance_m;
   if (!(free >= 0)) return false;
-  const double reach = travel_bound(rig, rule.first, half) + travel_bound(rig, rule.second, half);
-  if (reach <= free) return true;
-  constexpr int kDeepest = 24;
-  if (depth >= kDeepest) return false;  // too close to tell apart: refused
-  // Axes that move neither body do not matter to the rule.
-  std::size_t widest = 0;
+  double reach = 0;
   double widest_reach = -1;
+  std::size_t widest = 0;
   for (std::size_t i = 0; i < kAxisCount; ++i) {
-    JointAngles one{};
-    one[i] = half[i];
-    const double r = travel_bound(rig, rule.first, one) + travel_bound(rig, rule.second, one);
+    const double r = travel_bound(rig, rule, i, box.half[i]);
+    reach += r;
     if (r > widest_reach) {
       widest = i;
       widest_reach = r;
     }
   }
-  JointAngles smaller = half;
-  smaller[widest] *= 0.5;
-  JointAngles low = centre;
-  JointAngles high = centre;
-  low[widest] -= smaller[widest];
-  high[widest] += smaller[widest];
-  return holds_in_box(rig, rule, low, smaller, depth + 1) &&
-         holds_in_box(rig, rule, high, smaller, depth + 1);
+  if (reach <= free) return true;
+  if (reach < kResolution_m) return false;
+  Box low = box;
+  low.half[widest] *= 0.5;
+  Box high = low;
+  low.centre[widest] -= low.half[widest];
+  high.centre[widest] += high.half[widest];
+  return holds_in(rig, rule, low) && holds_in(rig, rule, high);
 }
 
 std::string in_degrees(const JointAngles& angles) {
@@ -116,7 +138,7 @@ base::Result<void> check_axis_limit(const RigConfig& rig, AxisId axis, double an
 base::Result<void> check_standing(const RigConfig& rig, const JointAngles& angles) {
   if (auto ok = check_axes(rig, angles); !ok) return ok;
   for (const KeepOut& rule : rig.keep_out) {
-    const double free = clearance(body_at(rig, rule.first, angles), body_at(rig, rule.second, angles));
+    const double free = clearance(rig, rule, angles);
     if (!(free >= rule.clearance_m)) {
       return fail(
           ErrorCode::refused,
@@ -131,8 +153,7 @@ base::Result<void> check_standing(const RigConfig& rig, const JointAngles& angle
 
 base::Result<void> check_move(const RigConfig& rig, const JointAngles& from, const JointAngles& to) {
   if (auto ok = check_standing(rig, to); !ok) return ok;
-  JointAngles centre{};
-  JointAngles half{};
+  Box way;
   for (std::size_t i = 0; i < kAxisCount; ++i) {
     if (!std::isfinite(from[i])) {
       return fail(ErrorCode::refused, fmt::format("the position of axis {} is not known", kAxisNames[i]));
@@ -141,11 +162,11 @@ base::Result<void> check_move(const RigConfig& rig, const JointAngles& from, con
     const AxisLegs legs = plan_legs(rig.axes[i], from[i], to[i]);
     const double lowest = std::min({from[i], to[i], legs.has_detour ? legs.detour_rad : to[i]});
     const double highest = std::max(from[i], to[i]);
-    centre[i] = 0.5 * (lowest + highest);
-    half[i] = 0.5 * (highest - lowest);
+    way.centre[i] = 0.5 * (lowest + highest);
+    way.half[i] = 0.5 * (highest - lowest);
   }
   for (const KeepOut& rule : rig.keep_out) {
-    if (!holds_in_box(rig, rule, centre, half, 0)) {
+    if (!holds_in(rig, rule, reduced(rule, way))) {
       return fail(
           ErrorCode::refused,
           fmt::format("keep-out '{}': on the way from {} to {}, {} and {} could come closer than {:.1f} mm",

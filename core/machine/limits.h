@@ -17,8 +17,10 @@ namespace rig::machine {
 [[nodiscard]] base::Result<void> check_standing(const RigConfig& rig, const JointAngles& angles);
 
 /// Whether the rig may move from one pose to another with the axes moving together. Because the axes'
-/// progress depends on load, every combination that the four trapezoids can pass through is covered: the box
-/// spanned by `from` and `to` is swept in steps no body travels more than half its clearance in.
+/// progress depends on load, every combination of angles between `from`, the detours (motion.h) and `to` is
+/// covered: that box of angles is halved until in each part the bodies are farther apart than they can travel
+/// in it. Ways that pass a clearance by less than 0.1 mm may be refused. `to` must be allowed to stand at;
+/// `from` need not be within the limits, so that an axis found outside can be driven back in.
 [[nodiscard]] base::Result<void> check_move(const RigConfig& rig, const JointAngles& from,
                                             const JointAngles& to);
 

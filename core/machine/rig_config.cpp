@@ -1,10 +1,15 @@
 #include "core/machine/rig_config.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <limits>
+#include <map>
 #include <set>
+#include <utility>
 
 #include "core/base/units.h"
+#include "core/machine/limits.h"
 
 namespace rig::machine {
 
@@ -15,7 +20,8 @@ using base::Range;
 namespace {
 
 constexpr int kRigFormat = 1;
-constexpr double kHuge = 1e12;
+constexpr std::int64_t kAnyFormat = std::numeric_limits<std::int64_t>::max();
+constexpr int kLastTag = 586;        // of tag36h11
 constexpr double kFullTurns = 3600;  // degrees that an axis may span at most either way
 
 DeviceRef read_device(const ConfigTable& table, const std::vector<ModuleConfig>& modules) {
@@ -52,21 +58,27 @@ AxisConfig read_axis(const ConfigTable& table, const std::vector<ModuleConfig>& 
   axis.device = read_device(table, modules);
   axis.min_rad = radians(table.number("min_deg", {-kFullTurns, kFullTurns}));
   axis.max_rad = radians(table.number("max_deg", {-kFullTurns, kFullTurns}));
-  if (!(axis.min_rad < axis.max_rad)) {
+  const bool has_limits = table.has("min_deg") && table.has("max_deg");
+  if (has_limits && !(axis.min_rad < axis.max_rad)) {
     table.error("max_deg", "must be greater than min_deg", "equal limits do not mean 'no limits'");
   }
   axis.max_velocity_rad_s = radians(table.number("max_velocity_deg_s", {1e-3, 3600}));
   axis.max_acceleration_rad_s2 = radians(table.number("max_acceleration_deg_s2", {1e-3, 36000}));
   axis.jog_velocity_rad_s = radians(table.number("jog_velocity_deg_s", {1e-3, 3600}));
-  if (axis.jog_velocity_rad_s > axis.max_velocity_rad_s) {
+  if (table.has("max_velocity_deg_s") && axis.jog_velocity_rad_s > axis.max_velocity_rad_s) {
     table.error("jog_velocity_deg_s", "must not exceed max_velocity_deg_s");
   }
   axis.tolerance_rad = radians(table.number("tolerance_deg", {1e-6, 10}));
   axis.settle_s = table.number("settle_ms", {0, 60000}) * 1e-3;
   axis.approach_rad = radians(table.number_or("approach_deg", 0, {0, 45}));
   axis.home_rad = radians(table.number("home_deg", {-kFullTurns, kFullTurns}));
-  if (axis.home_rad < axis.min_rad || axis.home_rad > axis.max_rad) {
-    table.error("home_deg", "lies outside the limits of the axis");
+  if (has_limits && axis.min_rad < axis.max_rad && table.has("home_deg")) {
+    if (axis.home_rad < axis.min_rad || axis.home_rad > axis.max_rad) {
+      table.error("home_deg", "lies outside the limits of the axis");
+    } else if (axis.home_rad - axis.approach_rad < axis.min_rad) {
+      table.error("approach_deg", "from home_deg down it reaches below min_deg",
+                  "the axis comes to rest from that far below");
+    }
   }
   return axis;
 }
@@ -96,25 +108,25 @@ CameraConfig read_camera(const ConfigTable& table, const std::vector<ModuleConfi
   c.p1 = table.number_or("p1", 0, kDistortion);
   c.p2 = table.number_or("p2", 0, kDistortion);
   c.k3 = table.number_or("k3", 0, kDistortion);
-  if (auto bayer = geometry::bayer_from_text(table.text("bayer"))) {
-    camera.bayer = *bayer;
-  } else {
-    table.error("bayer", bayer.error().what, bayer.error().hint);
-  }
+  // The choice below is one of the patterns, so that reading it cannot fail.
+  camera.bayer =
+      geometry::bayer_from_text(table.choice("bayer", {"none", "RGGB", "BGGR", "GRBG", "GBRG"})).value();
   auto& s = camera.sensor;
   s.bits = static_cast<int>(table.integer("bits", 1, 16));
   const double full = static_cast<double>(1 << s.bits) - 1;
   s.black_dn = table.number("black_dn", {0, full});
   s.saturation_dn = table.number("saturation_dn", {1, full});
-  if (s.saturation_dn <= s.black_dn) table.error("saturation_dn", "must be greater than black_dn");
+  if (table.has("saturation_dn") && s.saturation_dn <= s.black_dn)
+    table.error("saturation_dn", "must be greater than black_dn");
   s.electrons_per_dn = table.number("electrons_per_dn", {1e-3, 1e6});
   s.read_noise_e = table.number("read_noise_e", {0, 1e6});
   const auto balance = table.numbers("white_balance", 3, {0.01, 100});
   std::copy(balance.begin(), balance.end(), camera.white_balance.begin());
   camera.min_exposure_s = table.number("min_exposure_us", {0.01, 1e10}) * 1e-6;
   camera.max_exposure_s = table.number("max_exposure_us", {0.01, 1e10}) * 1e-6;
-  if (camera.max_exposure_s < camera.min_exposure_s)
+  if (table.has("max_exposure_us") && camera.max_exposure_s < camera.min_exposure_s) {
     table.error("max_exposure_us", "is less than min_exposure_us");
+  }
   const auto position = table.numbers("position_mm", 3, {-1e5, 1e5});
   const auto target =
       table.has("look_at_mm") ? table.numbers("look_at_mm", 3, {-1e5, 1e5}) : std::vector<double>(3, 0.0);
@@ -136,15 +148,20 @@ CarrierConfig read_carrier(const ConfigTable& table) {
   carrier.tag_family = table.choice("tag_family", {"tag36h11"});
   std::set<int> ids;
   for (const auto& row : table.rows("fiducials", 5)) {
+    if (!(row[0] >= 0 && row[0] <= kLastTag) || row[0] != std::floor(row[0])) {
+      table.error("fiducials", fmt::format("{} is no tag36h11 id", row[0]), fmt::format("0 to {}", kLastTag));
+      continue;
+    }
     const Fiducial f{static_cast<int>(row[0]), row[1] * 1e-3, row[2] * 1e-3, row[3] * 1e-3, radians(row[4])};
-    if (row[0] != f.id || f.id < 0 || f.id > 586)
-      table.error("fiducials", fmt::format("{} is no tag36h11 id", row[0]));
     if (!ids.insert(f.id).second) table.error("fiducials", fmt::format("id {} stands twice", f.id));
     if (!(f.size_m > 0)) table.error("fiducials", fmt::format("size of id {} must be positive", f.id));
     carrier.fiducials.push_back(f);
   }
   constexpr std::size_t kFewest = 4;
-  if (carrier.fiducials.size() < kFewest) table.error("fiducials", "fewer than 4 fiducials");
+  if (table.has("fiducials") && carrier.fiducials.size() < kFewest) {
+    table.error("fiducials",
+                fmt::format("has {} usable tags, at least {} are needed", carrier.fiducials.size(), kFewest));
+  }
   for (const ConfigTable& p : table.tables("patch")) {
     carrier.patches.push_back({mm(p, "x_mm", -5000, 5000), mm(p, "y_mm", -5000, 5000),
                                mm(p, "width_mm", 0.1, 5000), mm(p, "height_mm", 0.1, 5000),
@@ -175,17 +192,68 @@ std::array<std::size_t, kAxisCount> read_home_order(const ConfigTable& root) {
 std::vector<KeepOut> read_keep_out(const ConfigTable& root) {
   std::vector<KeepOut> rules;
   const std::vector<std::string> bodies{"light", "camera", "carrier"};
+  std::set<std::string> names;
   for (const ConfigTable& table : root.tables("keep_out")) {
     KeepOut rule{table.text("name"), table.choice("first", bodies), table.choice("second", bodies),
                  mm(table, "clearance_mm", 0, 10000)};
-    if (rule.first == rule.second) table.error("second", "must be another body than first");
+    if (table.has("second") && rule.first == rule.second) {
+      table.error("second", "must be another body than first");
+    }
+    if (!names.insert(rule.name).second)
+      table.error("name", fmt::format("a second rule named '{}'", rule.name));
     rules.push_back(std::move(rule));
   }
   return rules;
 }
 
+// The keep-out rules are only as good as the bodies: the disc must hold all that stands on the carrier.
+void check_carrier_radius(const CarrierConfig& carrier, const ConfigTable& bodies, double radius_m) {
+  if (!bodies.has("carrier_radius_mm")) return;
+  double farthest_m = 0;
+  std::string farthest_part;
+  const auto need = [&](double distance_m, const std::string& part) {
+    if (distance_m <= farthest_m) return;
+    farthest_m = distance_m;
+    farthest_part = part;
+  };
+  need(0.5 * std::hypot(carrier.sample_width_m, carrier.sample_height_m), "the sample");
+  for (const Fiducial& f : carrier.fiducials) {
+    for (const double quarter : {0.25, 0.75, 1.25, 1.75}) {
+      const double angle = f.turn_rad + quarter * base::kPi;
+      const double half_diagonal = f.size_m * std::sqrt(0.5);
+      need(std::hypot(f.x_m + half_diagonal * std::cos(angle), f.y_m + half_diagonal * std::sin(angle)),
+           fmt::format("fiducial {}", f.id));
+    }
+  }
+  for (const Patch& p : carrier.patches) {
+    need(std::hypot(std::abs(p.x_m) + 0.5 * p.width_m, std::abs(p.y_m) + 0.5 * p.height_m),
+         fmt::format("the patch at ({}, {}) mm", base::mm_from_metres(p.x_m), base::mm_from_metres(p.y_m)));
+  }
+  if (farthest_m > radius_m) {
+    bodies.error("carrier_radius_mm",
+                 fmt::format("does not reach around {}, whose corner is {:.1f} mm from the centre",
+                             farthest_part, base::mm_from_metres(farthest_m)));
+  }
+}
+
+// Two parts that name one device would each command what the other believes to be its own.
+void check_devices_differ(const ConfigTable& root, const RigConfig& rig) {
+  std::map<std::pair<std::string, std::string>, std::string> users;
+  const auto use = [&](const DeviceRef& device, const std::string& part) {
+    if (device.module.empty() || device.device.empty()) return;
+    const auto [at, first] = users.emplace(std::pair(device.module, device.device), part);
+    if (!first) {
+      root.error("", fmt::format("{} and {} are both device '{}' of module '{}'", at->second, part,
+                                 device.device, device.module));
+    }
+  };
+  for (std::size_t i = 0; i < kAxisCount; ++i) use(rig.axes[i].device, fmt::format("axis.{}", kAxisNames[i]));
+  use(rig.camera.device, "camera");
+  use(rig.light.device, "light");
+}
+
 base::Result<RigConfig> read_rig(const ConfigTable& root) {
-  if (const auto format = root.integer("format", 1, std::numeric_limits<int>::max()); format > kRigFormat) {
+  if (const auto format = root.integer("format", 1, kAnyFormat); format > kRigFormat) {
     return base::fail(base::ErrorCode::newer,
                       fmt::format("format {} is newer than this program reads ({})", format, kRigFormat),
                       root.where("format"), "use a newer rigd");
@@ -214,7 +282,16 @@ base::Result<RigConfig> read_rig(const ConfigTable& root) {
   rig.bodies = {mm(bodies, "light_radius_mm", 0, 10000), mm(bodies, "camera_radius_mm", 0, 10000),
                 mm(bodies, "carrier_radius_mm", 0, 10000)};
   rig.keep_out = read_keep_out(root);
+  check_carrier_radius(rig.carrier, bodies, rig.bodies.carrier_radius_m);
+  check_devices_differ(root, rig);
   if (auto done = root.finish(); !done) return base::pass(done);
+  // Only of a rig that is otherwise right can it be asked whether it may stand where homing leaves it.
+  JointAngles home{};
+  for (std::size_t i = 0; i < kAxisCount; ++i) home[i] = rig.axes[i].home_rad;
+  if (auto stands = check_standing(rig, home); !stands) {
+    return base::fail(base::ErrorCode::bad_input, "the rig may not stand at home: " + stands.error().what,
+                      root.where("axis"));
+  }
   return rig;
 }
 
