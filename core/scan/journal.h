@@ -1,5 +1,5 @@
-// journal.sqlite: the plan of a scan and what became of it. SQLite in WAL mode with full synchronisation; a pose is
-// in it with all its frames, or pending.
+// journal.sqlite: the plan of a scan and what became of it. SQLite in WAL mode with full synchronisation; a
+// pose is in it with all its frames, or pending.
 #pragma once
 
 #include <cstdint>
@@ -22,16 +22,16 @@ struct PlanRow {
   std::int64_t row = 0;
   machine::JointAngles target_rad{};
   RowState state = RowState::pending;
-  int attempts = 0;                   ///< that were begun and failed
-  std::string reason;                 ///< of the last failure or of the abandonment
+  int attempts = 0;    ///< that were begun and failed
+  std::string reason;  ///< of the last failure or of the abandonment
 };
 
 struct FrameRecord {
   int index = 0;
-  std::string file;                   ///< relative to the scan directory: "frames/000012/00.tif"
+  std::string file;  ///< relative to the scan directory: "frames/000012/00.tif"
   double exposure_s = 0;
   double gain = 1;
-  double saturated_share = 0;         ///< of the pixels inside the sample's outline
+  double saturated_share = 0;  ///< of the pixels inside the sample's outline
   base::Time started{};
   std::string sha256;
 };
@@ -51,7 +51,7 @@ struct EventRecord {
   std::uint64_t epoch = 0;
   std::uint64_t number = 0;
   base::Time time{};
-  std::string payload;                ///< serialised protocol event
+  std::string payload;  ///< serialised protocol event
 };
 
 struct ScanProgress {
@@ -81,7 +81,8 @@ class Journal {
   [[nodiscard]] base::Result<std::optional<PoseRecord>> pose(std::int64_t row) const;
 
   /// Each of these is one durable transaction, with the events that belong to it.
-  [[nodiscard]] base::Result<void> commit_pose(const PoseRecord& pose, const std::vector<EventRecord>& events);
+  [[nodiscard]] base::Result<void> commit_pose(const PoseRecord& pose,
+                                               const std::vector<EventRecord>& events);
   [[nodiscard]] base::Result<void> record_failure(std::int64_t row, const std::string& reason, bool abandon,
                                                   const std::vector<EventRecord>& events);
   [[nodiscard]] base::Result<void> add_events(const std::vector<EventRecord>& events);

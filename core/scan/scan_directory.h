@@ -1,4 +1,5 @@
-// A scan on disk (docs/file-formats.md): job.toml and rig.toml as used, journal.sqlite, frames/<row>/<index>.tif.
+// A scan on disk (docs/file-formats.md): job.toml and rig.toml as used, journal.sqlite,
+// frames/<row>/<index>.tif.
 #pragma once
 
 #include <filesystem>
@@ -23,8 +24,8 @@ inline constexpr int kScanFormat = 1;
 /// "00.tif" for index 0.
 [[nodiscard]] std::string frame_name(int index);
 
-/// Makes a new scan: the folder (which must not exist, or be empty), both files as given, the journal with the plan of
-/// the job. Nothing is left behind where it fails.
+/// Makes a new scan: the folder (which must not exist, or be empty), both files as given, the journal with
+/// the plan of the job. Nothing is left behind where it fails.
 [[nodiscard]] base::Result<void> create_scan(const std::filesystem::path& scan, const std::string& rig_toml,
                                              const std::string& job_toml);
 
@@ -33,23 +34,25 @@ struct ScanView {
   std::filesystem::path folder;
   machine::RigConfig rig;
   machine::JobConfig job;
-  std::vector<PoseRecord> poses;      ///< the done ones, by row
+  std::vector<PoseRecord> poses;  ///< the done ones, by row
   std::vector<PlanRow> plan;
 };
 [[nodiscard]] base::Result<ScanView> open_scan(const std::filesystem::path& scan);
 
 /// Writes one frame, flushed, into the part folder of its row, which is made if needed; returns its SHA-256.
-[[nodiscard]] base::Result<std::string> store_frame(const std::filesystem::path& scan, const FrameFacts& facts,
-                                                    int width, int height, const std::uint16_t* pixels);
+[[nodiscard]] base::Result<std::string> store_frame(const std::filesystem::path& scan,
+                                                    const FrameFacts& facts, int width, int height,
+                                                    const std::uint16_t* pixels);
 
-/// Renames the part folder of a complete bracket to its final name, durably, in place of an older take of the same row.
+/// Renames the part folder of a complete bracket to its final name, durably, in place of an older take of the
+/// same row.
 [[nodiscard]] base::Result<void> publish_bracket(const std::filesystem::path& scan, std::int64_t row);
 
 /// Removes a partial bracket, if there is one.
 [[nodiscard]] base::Result<void> discard_bracket(const std::filesystem::path& scan, std::int64_t row);
 
-/// Brings the folder to the state of the journal after a crash: partial brackets removed, published brackets that the
-/// journal does not know removed too (their pose is retaken whole).
+/// Brings the folder to the state of the journal after a crash: partial brackets removed, published brackets
+/// that the journal does not know removed too (their pose is retaken whole).
 [[nodiscard]] base::Result<void> tidy_scan(const std::filesystem::path& scan, const Journal& journal);
 
 }  // namespace rig::scan

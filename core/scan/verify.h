@@ -15,13 +15,13 @@ struct VerifyReport {
   ScanProgress progress;
   std::size_t frames_checked = 0;
   std::uint64_t bytes_checked = 0;
-  std::vector<std::string> problems;   ///< each with its file and what to do; empty: undamaged
+  std::vector<std::string> problems;  ///< each with its file and what to do; empty: undamaged
   [[nodiscard]] bool undamaged() const { return problems.empty(); }
   [[nodiscard]] bool complete() const { return undamaged() && progress.done == progress.total; }
 };
 
-/// Hashes every frame the journal names, decodes its header and compares both with the journal; looks for frames
-/// missing or unknown. `on_frame` is called after each frame with the number still to do.
+/// Hashes every frame the journal names, decodes its header and compares both with the journal; looks for
+/// frames missing or unknown. `on_frame` is called after each frame with the number still to do.
 [[nodiscard]] base::Result<VerifyReport> verify_scan(const std::filesystem::path& scan,
                                                      const std::function<void(std::size_t)>& on_frame);
 

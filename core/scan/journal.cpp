@@ -1,0 +1,260 @@
+#include "core/scan/journal.h"
+
+#include <algorithm>
+
+#include "core/scan/sqlite.h"
+
+namespace rig::scan {
+
+using base::pass;
+using base::Result;
+using machine::JointAngles;
+
+namespace {
+
+constexpr int kJournalVersion = 1;
+
+constexpr const char* kSchema = R"sql(
+CREATE TABLE rows(
+  row INTEGER PRIMARY KEY, roll_rad REAL NOT NULL, tilt_rad REAL NOT NULL, pan_rad REAL NOT NULL, arm_rad REAL NOT NULL,
+  state INTEGER NOT NULL DEFAULT 0, attempts INTEGER NOT NULL DEFAULT 0, reason TEXT NOT NULL DEFAULT '') STRICT;
+CREATE TABLE poses(
+  row INTEGER PRIMARY KEY REFERENCES rows(row), attempt INTEGER NOT NULL,
+  roll_rad REAL NOT NULL, tilt_rad REAL NOT NULL, pan_rad REAL NOT NULL, arm_rad REAL NOT NULL,
+  arrived_ns INTEGER NOT NULL, committed_ns INTEGER NOT NULL) STRICT;
+CREATE TABLE frames(
+  row INTEGER NOT NULL REFERENCES rows(row), idx INTEGER NOT NULL, file TEXT NOT NULL, exposure_s REAL NOT NULL,
+  gain REAL NOT NULL, saturated_share REAL NOT NULL, started_ns INTEGER NOT NULL, sha256 TEXT NOT NULL,
+  PRIMARY KEY(row, idx)) STRICT;
+CREATE TABLE events(
+  epoch INTEGER NOT NULL, number INTEGER NOT NULL, time_ns INTEGER NOT NULL, payload BLOB NOT NULL,
+  PRIMARY KEY(epoch, number)) STRICT;
+)sql";
+
+constexpr const char* kRowColumns = "row, roll_rad, tilt_rad, pan_rad, arm_rad, state, attempts, reason";
+
+JointAngles angles_at(const Statement& s, int column) {
+  return {s.number(column), s.number(column + 1), s.number(column + 2), s.number(column + 3)};
+}
+
+base::Time time_from(std::int64_t ns) {
+  return base::Time(base::Duration(ns));
+}
+std::int64_t ns_of(base::Time time) {
+  return time.time_since_epoch().count();
+}
+
+PlanRow plan_row(const Statement& s) {
+  const auto state = std::clamp<std::int64_t>(s.integer(5), 0, 2);
+  return {s.integer(0), angles_at(s, 1), static_cast<RowState>(state), static_cast<int>(s.integer(6)),
+          s.text(7)};
+}
+
+// Every row of a prepared query through `each`.
+template <typename Each>
+Result<void> for_each(Result<Statement>& statement, Each&& each) {
+  if (!statement) return pass(statement);
+  while (true) {
+    auto row = statement->step();
+    if (!row) return pass(row);
+    if (!*row) return {};
+    each(*statement);
+  }
+}
+
+Result<void> insert_events(const Database& database, const std::vector<EventRecord>& events) {
+  if (events.empty()) return {};
+  auto insert = database.prepare("INSERT OR REPLACE INTO events VALUES(?, ?, ?, ?)");
+  if (!insert) return pass(insert);
+  for (const EventRecord& e : events) {
+    insert->bind(1, static_cast<std::int64_t>(e.epoch)).bind(2, static_cast<std::int64_t>(e.number));
+    insert->bind(3, ns_of(e.time)).bind_blob(4, e.payload);
+    if (auto done = insert->run(); !done) return done;
+  }
+  return {};
+}
+
+Result<std::vector<FrameRecord>> frames_of(const Database& database, std::int64_t row) {
+  auto query = database.prepare(
+      "SELECT idx, file, exposure_s, gain, saturated_share, started_ns, sha256 FROM frames WHERE row = ? "
+      "ORDER BY idx");
+  if (query) query->bind(1, row);
+  std::vector<FrameRecord> frames;
+  auto done = for_each(query, [&frames](const Statement& s) {
+    frames.push_back({static_cast<int>(s.integer(0)), s.text(1), s.number(2), s.number(3), s.number(4),
+                      time_from(s.integer(5)), s.text(6)});
+  });
+  if (!done) return pass(done);
+  return frames;
+}
+
+}  // namespace
+
+struct Journal::State {
+  Database database;
+};
+
+Journal::Journal(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Journal::Journal(Journal&&) noexcept = default;
+Journal& Journal::operator=(Journal&&) noexcept = default;
+Journal::~Journal() = default;
+
+Result<Journal> Journal::create(const std::filesystem::path& path, const std::vector<JointAngles>& plan) {
+  auto database = Database::open(path, Database::Mode::create, kJournalVersion);
+  if (!database) return pass(database);
+  auto state = std::make_unique<State>(State{std::move(*database)});
+  const Database& db = state->database;
+  auto done = db.transaction([&]() -> Result<void> {
+    if (auto made = db.execute(kSchema); !made) return made;
+    auto insert =
+        db.prepare("INSERT INTO rows(row, roll_rad, tilt_rad, pan_rad, arm_rad) VALUES(?, ?, ?, ?, ?)");
+    if (!insert) return pass(insert);
+    for (std::size_t i = 0; i < plan.size(); ++i) {
+      insert->bind(1, static_cast<std::int64_t>(i));
+      for (std::size_t a = 0; a < machine::kAxisCount; ++a) insert->bind(static_cast<int>(a) + 2, plan[i][a]);
+      if (auto ran = insert->run(); !ran) return ran;
+    }
+    return {};
+  });
+  if (!done) return pass(done);
+  return Journal(std::move(state));
+}
+
+Result<Journal> Journal::open(const std::filesystem::path& path) {
+  auto database = Database::open(path, Database::Mode::write, kJournalVersion);
+  if (!database) return pass(database);
+  return Journal(std::make_unique<State>(State{std::move(*database)}));
+}
+
+Result<Journal> Journal::open_read_only(const std::filesystem::path& path) {
+  auto database = Database::open(path, Database::Mode::read, kJournalVersion);
+  if (!database) return pass(database);
+  return Journal(std::make_unique<State>(State{std::move(*database)}));
+}
+
+Result<ScanProgress> Journal::progress() const {
+  auto query = state_->database.prepare("SELECT count(*), sum(state = 1), sum(state = 2) FROM rows");
+  ScanProgress progress;
+  auto done = for_each(query, [&](const Statement& s) {
+    progress = {s.integer(0), s.integer(1), s.integer(2)};
+  });
+  if (!done) return pass(done);
+  return progress;
+}
+
+Result<std::vector<PlanRow>> Journal::plan() const {
+  auto query = state_->database.prepare(fmt::format("SELECT {} FROM rows ORDER BY row", kRowColumns));
+  std::vector<PlanRow> rows;
+  auto done = for_each(query, [&](const Statement& s) { rows.push_back(plan_row(s)); });
+  if (!done) return pass(done);
+  return rows;
+}
+
+Result<std::vector<PlanRow>> Journal::pending(std::int64_t from, std::size_t limit) const {
+  auto query = state_->database.prepare(
+      fmt::format("SELECT {} FROM rows WHERE state = 0 AND row >= ? ORDER BY row LIMIT ?", kRowColumns));
+  if (query) query->bind(1, from).bind(2, static_cast<std::int64_t>(limit));
+  std::vector<PlanRow> rows;
+  auto done = for_each(query, [&](const Statement& s) { rows.push_back(plan_row(s)); });
+  if (!done) return pass(done);
+  return rows;
+}
+
+Result<std::vector<PoseRecord>> Journal::poses() const {
+  auto query = state_->database.prepare(
+      "SELECT p.row, p.attempt, r.roll_rad, r.tilt_rad, r.pan_rad, r.arm_rad, p.roll_rad, p.tilt_rad, "
+      "p.pan_rad, "
+      "p.arm_rad, p.arrived_ns, p.committed_ns FROM poses p JOIN rows r ON r.row = p.row WHERE r.state = 1 "
+      "ORDER BY p.row");
+  std::vector<PoseRecord> poses;
+  auto done = for_each(query, [&](const Statement& s) {
+    poses.push_back({s.integer(0),
+                     static_cast<int>(s.integer(1)),
+                     angles_at(s, 2),
+                     angles_at(s, 6),
+                     time_from(s.integer(10)),
+                     time_from(s.integer(11)),
+                     {}});
+  });
+  if (!done) return pass(done);
+  for (PoseRecord& pose : poses) {
+    auto frames = frames_of(state_->database, pose.row);
+    if (!frames) return pass(frames);
+    pose.frames = std::move(*frames);
+  }
+  return poses;
+}
+
+Result<std::optional<PoseRecord>> Journal::pose(std::int64_t row) const {
+  auto all = poses();
+  if (!all) return pass(all);
+  const auto found =
+      std::find_if(all->begin(), all->end(), [row](const PoseRecord& p) { return p.row == row; });
+  if (found == all->end()) return std::optional<PoseRecord>();
+  return std::optional<PoseRecord>(std::move(*found));
+}
+
+Result<void> Journal::commit_pose(const PoseRecord& pose, const std::vector<EventRecord>& events) {
+  const Database& db = state_->database;
+  return db.transaction([&]() -> Result<void> {
+    auto forget = db.prepare("DELETE FROM frames WHERE row = ?");
+    if (!forget) return pass(forget);
+    if (auto done = forget->bind(1, pose.row).run(); !done) return done;
+    auto insert = db.prepare("INSERT OR REPLACE INTO poses VALUES(?, ?, ?, ?, ?, ?, ?, ?)");
+    if (!insert) return pass(insert);
+    insert->bind(1, pose.row).bind(2, static_cast<std::int64_t>(pose.attempt));
+    for (std::size_t i = 0; i < machine::kAxisCount; ++i)
+      insert->bind(static_cast<int>(i) + 3, pose.readback_rad[i]);
+    insert->bind(7, ns_of(pose.arrived)).bind(8, ns_of(pose.committed));
+    if (auto done = insert->run(); !done) return done;
+    auto frame = db.prepare("INSERT INTO frames VALUES(?, ?, ?, ?, ?, ?, ?, ?)");
+    if (!frame) return pass(frame);
+    for (const FrameRecord& f : pose.frames) {
+      frame->bind(1, pose.row).bind(2, static_cast<std::int64_t>(f.index)).bind(3, std::string_view(f.file));
+      frame->bind(4, f.exposure_s).bind(5, f.gain).bind(6, f.saturated_share).bind(7, ns_of(f.started));
+      frame->bind(8, std::string_view(f.sha256));
+      if (auto done = frame->run(); !done) return done;
+    }
+    auto mark = db.prepare("UPDATE rows SET state = 1, reason = '' WHERE row = ?");
+    if (!mark) return pass(mark);
+    if (auto done = mark->bind(1, pose.row).run(); !done) return done;
+    return insert_events(db, events);
+  });
+}
+
+Result<void> Journal::record_failure(std::int64_t row, const std::string& reason, bool abandon,
+                                     const std::vector<EventRecord>& events) {
+  const Database& db = state_->database;
+  return db.transaction([&]() -> Result<void> {
+    auto mark = db.prepare("UPDATE rows SET attempts = attempts + 1, reason = ?, state = ? WHERE row = ?");
+    if (!mark) return pass(mark);
+    mark->bind(1, std::string_view(reason)).bind(2, std::int64_t{abandon ? 2 : 0}).bind(3, row);
+    if (auto done = mark->run(); !done) return done;
+    return insert_events(db, events);
+  });
+}
+
+Result<void> Journal::add_events(const std::vector<EventRecord>& events) {
+  const Database& db = state_->database;
+  return db.transaction([&] { return insert_events(db, events); });
+}
+
+Result<std::vector<EventRecord>> Journal::events_after(std::uint64_t epoch, std::uint64_t number,
+                                                       std::size_t limit) const {
+  auto query = state_->database.prepare(
+      "SELECT epoch, number, time_ns, payload FROM events WHERE (epoch, number) > (?, ?) ORDER BY epoch, "
+      "number LIMIT ?");
+  if (query) {
+    query->bind(1, static_cast<std::int64_t>(epoch)).bind(2, static_cast<std::int64_t>(number));
+    query->bind(3, static_cast<std::int64_t>(limit));
+  }
+  std::vector<EventRecord> events;
+  auto done = for_each(query, [&](const Statement& s) {
+    events.push_back({static_cast<std::uint64_t>(s.integer(0)), static_cast<std::uint64_t>(s.integer(1)),
+                      time_from(s.integer(2)), s.text(3)});
+  });
+  if (!done) return pass(done);
+  return events;
+}
+
+}  // namespace rig::scan

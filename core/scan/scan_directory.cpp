@@ -1,0 +1,185 @@
+#include "core/scan/scan_directory.h"
+
+#include <array>
+#include <charconv>
+#include <linux/magic.h>
+#include <set>
+#include <sys/vfs.h>
+#include <unistd.h>
+
+#include "core/base/files.h"
+#include "core/base/hash.h"
+
+namespace rig::scan {
+
+namespace fs = std::filesystem;
+using base::ErrorCode;
+using base::fail;
+using base::pass;
+using base::Result;
+
+namespace {
+
+constexpr const char* kPartSuffix = ".part";
+
+// SQLite's locks and flushes do not hold there.
+Result<void> refuse_network_disk(const fs::path& folder) {
+  struct statfs info {};
+  if (::statfs(folder.c_str(), &info) != 0) return {};
+  constexpr unsigned long kCifs = 0xFF534D42;
+  constexpr unsigned long kFuse = 0x65735546;
+  for (const unsigned long magic : {static_cast<unsigned long>(NFS_SUPER_MAGIC), kCifs,
+                                    static_cast<unsigned long>(SMB_SUPER_MAGIC), kFuse, 0x517BUL}) {
+    if (static_cast<unsigned long>(info.f_type) == magic) {
+      return fail(ErrorCode::refused, "lies on a network file system, where a journal is not safe",
+                  folder.string(), "scan to a local disk and copy the finished scan");
+    }
+  }
+  return {};
+}
+
+Result<void> system_result(const std::error_code& error, std::string_view doing, const fs::path& path) {
+  if (!error) return {};
+  return fail(ErrorCode::io, fmt::format("cannot {}: {}", doing, error.message()), path.string());
+}
+
+// Removes a scan that could not be made whole.
+class Undo {
+ public:
+  explicit Undo(fs::path folder) : folder_(std::move(folder)) {}
+  Undo(const Undo&) = delete;
+  Undo& operator=(const Undo&) = delete;
+  ~Undo() {
+    if (folder_.empty()) return;
+    std::error_code nothing_left_to_do;
+    fs::remove_all(folder_, nothing_left_to_do);
+  }
+  void keep() { folder_.clear(); }
+
+ private:
+  fs::path folder_;
+};
+
+}  // namespace
+
+fs::path journal_path(const fs::path& scan) {
+  return scan / "journal.sqlite";
+}
+
+fs::path frames_folder(const fs::path& scan, std::int64_t row) {
+  return scan / "frames" / fmt::format("{:06}", row);
+}
+
+fs::path part_folder(const fs::path& scan, std::int64_t row) {
+  fs::path path = frames_folder(scan, row);
+  path += kPartSuffix;
+  return path;
+}
+
+std::string frame_name(int index) {
+  return fmt::format("{:02}.tif", index);
+}
+
+Result<void> create_scan(const fs::path& scan, const std::string& rig_toml, const std::string& job_toml) {
+  auto rig = machine::parse_rig_config(rig_toml, "rig.toml");
+  if (!rig) return pass(rig);
+  auto job = machine::parse_job_config(job_toml, "job.toml");
+  if (!job) return pass(job);
+  std::error_code error;
+  if (fs::exists(scan, error) && !(fs::is_directory(scan, error) && fs::is_empty(scan, error))) {
+    return fail(ErrorCode::refused, "exists and is not empty", scan.string(),
+                "name a new folder for the scan");
+  }
+  const fs::path parent = scan.parent_path().empty() ? fs::path(".") : scan.parent_path();
+  fs::create_directories(parent, error);
+  if (auto ok = system_result(error, "make the folder", parent); !ok) return ok;
+  if (auto ok = refuse_network_disk(parent); !ok) return ok;
+  // Made beside its place and renamed, so that a scan is there whole or not at all.
+  const fs::path making = parent / fmt::format(".{}.{}.part", scan.filename().string(), ::getpid());
+  fs::remove_all(making, error);
+  fs::create_directories(making / "frames", error);
+  if (auto ok = system_result(error, "make the folder", making); !ok) return ok;
+  Undo undo(making);
+  const auto bytes = [](const std::string& text) { return std::as_bytes(std::span(text)); };
+  if (auto ok = base::write_and_flush(making / "rig.toml", bytes(rig_toml)); !ok) return ok;
+  if (auto ok = base::write_and_flush(making / "job.toml", bytes(job_toml)); !ok) return ok;
+  {
+    auto journal = Journal::create(journal_path(making), job->poses);
+    if (!journal) return pass(journal);
+  }
+  if (auto ok = base::flush_folder(making); !ok) return ok;
+  fs::remove(scan, error);  // an empty folder, or nothing
+  if (auto ok = base::rename_durably(making, scan); !ok) return ok;
+  undo.keep();
+  return {};
+}
+
+Result<ScanView> open_scan(const fs::path& scan) {
+  std::error_code error;
+  if (!fs::is_directory(scan, error))
+    return fail(ErrorCode::not_found, "there is no such scan folder", scan.string());
+  ScanView view;
+  view.folder = scan;
+  auto rig = machine::load_rig_config((scan / "rig.toml").string());
+  if (!rig) return pass(rig);
+  auto job = machine::load_job_config((scan / "job.toml").string());
+  if (!job) return pass(job);
+  auto journal = Journal::open_read_only(journal_path(scan));
+  if (!journal) return pass(journal);
+  auto poses = journal->poses();
+  if (!poses) return pass(poses);
+  auto plan = journal->plan();
+  if (!plan) return pass(plan);
+  view.rig = std::move(*rig);
+  view.job = std::move(*job);
+  view.poses = std::move(*poses);
+  view.plan = std::move(*plan);
+  return view;
+}
+
+Result<std::string> store_frame(const fs::path& scan, const FrameFacts& facts, int width, int height,
+                                const std::uint16_t* pixels) {
+  auto bytes = encode_frame(facts, width, height, pixels);
+  if (!bytes) return pass(bytes);
+  const fs::path folder = part_folder(scan, facts.row);
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (auto ok = system_result(error, "make the folder", folder); !ok) return pass(ok);
+  if (auto ok = base::write_and_flush(folder / frame_name(facts.index), *bytes); !ok) return pass(ok);
+  return base::sha256_hex(*bytes);
+}
+
+Result<void> publish_bracket(const fs::path& scan, std::int64_t row) {
+  const fs::path part = part_folder(scan, row);
+  if (auto ok = base::flush_folder(part); !ok) return ok;
+  return base::rename_durably(part, frames_folder(scan, row));
+}
+
+Result<void> discard_bracket(const fs::path& scan, std::int64_t row) {
+  std::error_code error;
+  fs::remove_all(part_folder(scan, row), error);
+  return system_result(error, "remove", part_folder(scan, row));
+}
+
+Result<void> tidy_scan(const fs::path& scan, const Journal& journal) {
+  auto plan = journal.plan();
+  if (!plan) return pass(plan);
+  std::set<std::string> known;
+  for (const PlanRow& row : *plan) {
+    if (row.state == RowState::done) known.insert(frames_folder(scan, row.row).filename().string());
+  }
+  std::error_code error;
+  const fs::path frames = scan / "frames";
+  std::vector<fs::path> unknown;
+  for (const auto& entry : fs::directory_iterator(frames, error)) {
+    if (known.count(entry.path().filename().string()) == 0) unknown.push_back(entry.path());
+  }
+  if (auto ok = system_result(error, "read the folder", frames); !ok) return ok;
+  for (const fs::path& path : unknown) {
+    fs::remove_all(path, error);
+    if (auto ok = system_result(error, "remove", path); !ok) return ok;
+  }
+  return base::flush_folder(frames);
+}
+
+}  // namespace rig::scan

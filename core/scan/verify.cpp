@@ -1,0 +1,92 @@
+#include "core/scan/verify.h"
+
+#include <set>
+
+#include "core/base/hash.h"
+#include "core/base/interrupt.h"
+#include "core/scan/scan_directory.h"
+
+namespace rig::scan {
+
+namespace fs = std::filesystem;
+using base::pass;
+using base::Result;
+
+namespace {
+
+constexpr const char* kRetake = "the pose has to be taken again";
+
+// What is wrong with one frame the journal names, or nothing.
+std::string problem_of(const fs::path& scan, const PoseRecord& pose, const FrameRecord& record,
+                       std::uint64_t& bytes) {
+  const fs::path path = scan / record.file;
+  std::error_code error;
+  const auto size = fs::file_size(path, error);
+  if (error) return fmt::format("{}: is missing ({})", record.file, kRetake);
+  bytes += size;
+  auto hash = base::sha256_of_file(path);
+  if (!hash) return hash.error().text();
+  if (*hash != record.sha256) {
+    return fmt::format("{}: its content changed since it was taken: SHA-256 {} instead of {} ({})",
+                       record.file, *hash, record.sha256, kRetake);
+  }
+  auto frame = read_frame(path);
+  if (!frame) return frame.error().text();
+  const FrameFacts& facts = frame->facts;
+  if (facts.row != pose.row || facts.index != record.index) {
+    return fmt::format("{}: says it is frame {} of row {}, the journal says {} of {}", record.file,
+                       facts.index, facts.row, record.index, pose.row);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<VerifyReport> verify_scan(const fs::path& scan, const std::function<void(std::size_t)>& on_frame) {
+  auto view = open_scan(scan);
+  if (!view) return pass(view);
+  VerifyReport report;
+  std::size_t left = 0;
+  for (const PlanRow& row : view->plan) {
+    ++report.progress.total;
+    if (row.state == RowState::done) ++report.progress.done;
+    if (row.state == RowState::abandoned) ++report.progress.abandoned;
+  }
+  if (report.progress.total != static_cast<std::int64_t>(view->job.poses.size())) {
+    report.problems.push_back(fmt::format("the journal plans {} poses, job.toml {}", report.progress.total,
+                                          view->job.poses.size()));
+  }
+  if (static_cast<std::int64_t>(view->poses.size()) != report.progress.done) {
+    report.problems.push_back("the journal marks poses as done that it has no record of");
+  }
+  std::set<fs::path> named;
+  for (const PoseRecord& pose : view->poses) left += pose.frames.size();
+  for (const PoseRecord& pose : view->poses) {
+    if (pose.frames.empty())
+      report.problems.push_back(fmt::format("row {}: is done without a frame", pose.row));
+    for (const FrameRecord& record : pose.frames) {
+      if (base::interrupted()) return base::interrupted_error("nothing was changed; verify again");
+      named.insert((scan / record.file).lexically_normal());
+      if (auto problem = problem_of(scan, pose, record, report.bytes_checked); !problem.empty()) {
+        report.problems.push_back(std::move(problem));
+      }
+      ++report.frames_checked;
+      --left;
+      if (on_frame) on_frame(left);
+    }
+  }
+  std::error_code error;
+  for (const auto& entry : fs::recursive_directory_iterator(scan / "frames", error)) {
+    const fs::path path = entry.path().lexically_normal();
+    if (entry.is_regular_file() && named.count(path) == 0) {
+      report.problems.push_back(
+          fmt::format("{}: no pose of the journal has this file (a partial bracket is removed "
+                      "when rigd resumes the job)",
+                      fs::relative(path, scan).string()));
+    }
+  }
+  if (error) report.problems.push_back(fmt::format("frames: cannot be listed: {}", error.message()));
+  return report;
+}
+
+}  // namespace rig::scan
