@@ -23,8 +23,9 @@ class Client {
   Client& operator=(Client&&) noexcept;
   ~Client();
 
-  /// Sends a request (its id and version are set here) and waits for its answer; events that come meanwhile are kept
-  /// for next_event. No answer within `timeout` is ErrorCode::timeout; a refusal or failure is a Reply, not an Error.
+  /// Sends a request (its id and version are set here) and waits for its answer; events that come meanwhile
+  /// are kept for next_event. No answer within `timeout` is ErrorCode::timeout; a refusal or failure is a
+  /// Reply, not an Error.
   [[nodiscard]] base::Result<Reply> ask(Request request, std::chrono::milliseconds timeout);
 
   /// The next event, waiting up to `timeout`.

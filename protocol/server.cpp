@@ -1,0 +1,288 @@
+#include "protocol/server.h"
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <set>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <thread>
+#include <unistd.h>
+
+#include "protocol/envelope.h"
+#include "protocol/sockets.h"
+
+namespace rig::protocol {
+
+namespace fs = std::filesystem;
+using base::ErrorCode;
+using base::fail;
+using base::Result;
+
+namespace {
+
+struct Endpoint {
+  const char* file;
+  Role role;
+};
+constexpr std::array<Endpoint, 2> kEndpoints{
+    {{"observe.sock", Role::observer}, {"operate.sock", Role::operator_}}};
+
+// What other threads hand to the socket thread.
+struct Outgoing {
+  enum class Kind { message, subscribe, unsubscribe, event, preview } kind = Kind::message;
+  ClientId client;
+  bool previews = false;
+  std::string bytes;
+};
+
+struct Subscriber {
+  bool previews = false;
+  std::uint64_t previews_dropped = 0;
+};
+
+std::string serialised(const Reply& reply) {
+  Message message;
+  message.set_version(kVersion);
+  *message.mutable_reply() = reply;
+  return message.SerializeAsString();
+}
+
+std::string serialised(const Event& event) {
+  Message message;
+  message.set_version(kVersion);
+  *message.mutable_event() = event;
+  return message.SerializeAsString();
+}
+
+// Whether a process accepts connections on a socket file: then it belongs to another rigd.
+bool somebody_listens(const fs::path& path) {
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return false;
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
+  const bool accepted = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  ::close(fd);
+  return accepted;
+}
+
+Result<void> make_way(const fs::path& path) {
+  constexpr std::size_t kLongestPath = sizeof(sockaddr_un::sun_path) - 1;
+  if (path.string().size() > kLongestPath) {
+    return fail(ErrorCode::bad_input,
+                fmt::format("the path of a socket may have at most {} letters", kLongestPath), path.string(),
+                "choose a shorter --runtime folder");
+  }
+  std::error_code error;
+  if (!fs::exists(path, error)) return {};
+  if (somebody_listens(path)) {
+    return fail(ErrorCode::busy, "another rigd listens here", path.string(),
+                "stop it, or choose another --runtime");
+  }
+  fs::remove(path, error);
+  if (error)
+    return fail(ErrorCode::io, fmt::format("cannot remove an old socket: {}", error.message()),
+                path.string());
+  return {};
+}
+
+}  // namespace
+
+struct Server::State {
+  ServerOptions options;
+  Handler handler;
+  Context context;
+  std::vector<Socket> sockets;
+  int wake_fd = -1;
+  std::mutex mutex;
+  std::deque<Outgoing> queue;
+  std::atomic<bool> ending{false};
+  std::atomic<std::size_t> subscribers_now{0};
+  std::map<ClientId, Subscriber> subscribers;  // of the socket thread alone
+  std::thread thread;
+
+  State(const ServerOptions& o, Handler h) : options(o), handler(std::move(h)) {}
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() {
+    ending = true;
+    wake();
+    if (thread.joinable()) thread.join();
+    if (wake_fd >= 0) ::close(wake_fd);
+    for (const Endpoint& e : kEndpoints) {
+      std::error_code already_gone;
+      fs::remove(options.folder / e.file, already_gone);
+    }
+  }
+
+  void wake() const {
+    const std::uint64_t one = 1;
+    // A full counter wakes as well; nothing is lost.
+    (void)!::write(wake_fd, &one, sizeof one);
+  }
+
+  void hand_in(Outgoing out) {
+    {
+      const std::lock_guard lock(mutex);
+      queue.push_back(std::move(out));
+    }
+    wake();
+  }
+
+  bool send_to(const ClientId& client, std::string_view bytes) {
+    return send(sockets[client.socket], {client.routing, kMagic, bytes});
+  }
+
+  // A client whose queue is full misses what is sent (its events have a gap then); one that is gone is
+  // forgotten.
+  void send_or_forget(const ClientId& client, std::string_view bytes) {
+    if (!send_to(client, bytes) && errno == EHOSTUNREACH) forget(client);
+  }
+
+  void forget(const ClientId& client) {
+    subscribers.erase(client);
+    subscribers_now = subscribers.size();
+  }
+
+  void carry_out(const Outgoing& out) {
+    switch (out.kind) {
+      case Outgoing::Kind::message:
+        send_or_forget(out.client, out.bytes);
+        return;
+      case Outgoing::Kind::subscribe:
+        subscribers[out.client].previews = out.previews;
+        subscribers_now = subscribers.size();
+        return;
+      case Outgoing::Kind::unsubscribe:
+        forget(out.client);
+        return;
+      case Outgoing::Kind::event: {
+        std::vector<ClientId> clients;
+        clients.reserve(subscribers.size());
+        for (const auto& [client, subscriber] : subscribers) clients.push_back(client);
+        for (const ClientId& client : clients) send_or_forget(client, out.bytes);
+        return;
+      }
+      case Outgoing::Kind::preview:
+        carry_out_preview(out);
+        return;
+    }
+  }
+
+  void carry_out_preview(const Outgoing& out) {
+    Event event;
+    event.ParseFromString(out.bytes);
+    std::vector<ClientId> gone;
+    for (auto& [client, subscriber] : subscribers) {
+      if (!subscriber.previews) continue;
+      event.mutable_preview()->set_dropped_before(subscriber.previews_dropped);
+      if (send_to(client, serialised(event))) {
+        subscriber.previews_dropped = 0;
+      } else if (errno == EHOSTUNREACH) {
+        gone.push_back(client);
+      } else {
+        ++subscriber.previews_dropped;
+      }
+    }
+    for (const ClientId& client : gone) forget(client);
+  }
+
+  void receive_all(std::size_t socket) {
+    while (auto frames = receive(sockets[socket])) {
+      if (frames->empty()) continue;
+      const ClientId client{socket, (*frames)[0]};
+      const std::vector<std::string_view> rest(frames->begin() + 1, frames->end());
+      std::uint64_t id = 0;
+      auto request = read_request(rest, id);
+      if (request) {
+        handler({client, kEndpoints[socket].role, std::move(*request)});
+        continue;
+      }
+      Reply reply;
+      reply.set_id(id);
+      reply.set_outcome(REFUSED);
+      reply.set_reason(request.error().text());
+      send_or_forget(client, serialised(reply));
+    }
+  }
+
+  void run() {
+    while (!ending) {
+      std::array<zmq_pollitem_t, 3> items{{{sockets[0].get(), 0, ZMQ_POLLIN, 0},
+                                           {sockets[1].get(), 0, ZMQ_POLLIN, 0},
+                                           {nullptr, wake_fd, ZMQ_POLLIN, 0}}};
+      zmq_poll(items.data(), static_cast<int>(items.size()), -1);
+      std::uint64_t count = 0;
+      (void)!::read(wake_fd, &count, sizeof count);
+      std::deque<Outgoing> out;
+      {
+        const std::lock_guard lock(mutex);
+        out.swap(queue);
+      }
+      for (const Outgoing& o : out) carry_out(o);
+      for (std::size_t i = 0; i < sockets.size(); ++i) receive_all(i);
+    }
+    // What was handed in before the end still goes out.
+    const std::lock_guard lock(mutex);
+    for (const Outgoing& o : queue) carry_out(o);
+  }
+};
+
+Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Server::~Server() = default;
+
+Result<std::unique_ptr<Server>> Server::start(const ServerOptions& options, Handler handler) {
+  std::error_code error;
+  fs::create_directories(options.folder, error);
+  if (error)
+    return fail(ErrorCode::io, fmt::format("cannot make the folder: {}", error.message()),
+                options.folder.string());
+  auto state = std::make_unique<State>(options, std::move(handler));
+  state->wake_fd = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+  for (const Endpoint& e : kEndpoints) {
+    const fs::path path = fs::absolute(options.folder / e.file);
+    if (auto ok = make_way(path); !ok) return base::pass(ok);
+    Socket socket(state->context, ZMQ_ROUTER);
+    socket.set(ZMQ_ROUTER_MANDATORY, 1);
+    socket.set(ZMQ_SNDHWM, static_cast<int>(options.queue_per_client));
+    socket.set_wide(ZMQ_MAXMSGSIZE, static_cast<long long>(options.max_message_bytes));
+    // Only the owner and the group may connect, from the first moment on.
+    const mode_t before = ::umask(0117);
+    const int bound = zmq_bind(socket.get(), ("ipc://" + path.string()).c_str());
+    ::umask(before);
+    if (bound != 0)
+      return fail(ErrorCode::io, fmt::format("cannot listen: {}", zmq_strerror(zmq_errno())), path.string());
+    state->sockets.push_back(std::move(socket));
+  }
+  State* running = state.get();
+  state->thread = std::thread([running] { running->run(); });
+  return std::unique_ptr<Server>(new Server(std::move(state)));
+}
+
+void Server::reply(const ClientId& client, const Reply& reply) {
+  state_->hand_in({Outgoing::Kind::message, client, false, serialised(reply)});
+}
+void Server::subscribe(const ClientId& client, bool previews) {
+  state_->hand_in({Outgoing::Kind::subscribe, client, previews, {}});
+}
+void Server::unsubscribe(const ClientId& client) {
+  state_->hand_in({Outgoing::Kind::unsubscribe, client, false, {}});
+}
+void Server::publish(const Event& event) {
+  state_->hand_in({Outgoing::Kind::event, {}, false, serialised(event)});
+}
+void Server::publish_preview(const Event& event) {
+  state_->hand_in({Outgoing::Kind::preview, {}, false, event.SerializeAsString()});
+}
+std::size_t Server::client_count() const {
+  return state_->subscribers_now;
+}
+
+}  // namespace rig::protocol

@@ -1,0 +1,49 @@
+// ZeroMQ's context and sockets, closed by themselves. Private to protocol.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+#include <zmq.h>
+
+namespace rig::protocol {
+
+class Context {
+ public:
+  Context() : handle_(zmq_ctx_new()) {}
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+  ~Context() { zmq_ctx_term(handle_); }
+  [[nodiscard]] void* get() const { return handle_; }
+
+ private:
+  void* handle_;
+};
+
+class Socket {
+ public:
+  Socket(const Context& context, int type) : handle_(zmq_socket(context.get(), type)) { set(ZMQ_LINGER, 0); }
+  Socket(Socket&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
+  Socket& operator=(Socket&&) = delete;
+  ~Socket() {
+    if (handle_ != nullptr) zmq_close(handle_);
+  }
+  [[nodiscard]] void* get() const { return handle_; }
+
+  void set(int option, int value) const { zmq_setsockopt(handle_, option, &value, sizeof value); }
+  void set_wide(int option, long long value) const { zmq_setsockopt(handle_, option, &value, sizeof value); }
+
+ private:
+  void* handle_;
+};
+
+/// A message's frames, copied out; nothing where none is waiting. Never blocks.
+[[nodiscard]] std::optional<std::vector<std::string>> receive(const Socket& socket);
+
+/// Sends the frames as one message without blocking; false (with errno) where that cannot be done now or at
+/// all.
+[[nodiscard]] bool send(const Socket& socket, const std::vector<std::string_view>& frames);
+
+}  // namespace rig::protocol
