@@ -95,9 +95,9 @@ std::string number(double value) {
 }
 
 // A value in the unit of the file that `inside` turns into the wanted one. Converting there and back may end
-// one rounding step off, so that the neighbours are tried, the one with the fewest digits first.
+// one rounding step off; then the neighbour with the fewest digits is the one that was meant.
 std::string number_at_edge(double wanted, double guess, double (*inside)(double)) {
-  std::string best;
+  std::string best = inside(guess) == wanted ? number(guess) : "";
   double candidate = guess;
   constexpr int kNeighbours = 3;
   for (int i = 0; i < kNeighbours; ++i) candidate = std::nextafter(candidate, -INFINITY);
