@@ -1,0 +1,122 @@
+#include "sim/devices.h"
+
+#include "sim/machine.h"
+
+namespace rig::sim {
+
+using base::ErrorCode;
+using base::fail;
+using base::Result;
+using drivers::Device;
+
+namespace {
+
+using Shared = std::shared_ptr<Machine>;
+
+class VirtualAxis final : public drivers::Axis {
+ public:
+  VirtualAxis(Shared machine, std::size_t index) : machine_(std::move(machine)), index_(index) {}
+
+  [[nodiscard]] drivers::AxisCapabilities capabilities() const override {
+    const AxisWorld& a = machine_->world().axes[index_];
+    return {a.resolution_rad, a.max_velocity_rad_s, a.max_acceleration_rad_s2, true, true};
+  }
+  [[nodiscard]] Result<void> enable(bool on) override { return machine_->enable(index_, on); }
+  [[nodiscard]] Result<void> home() override { return machine_->home(index_); }
+  [[nodiscard]] Result<void> move_to(double target_rad, double velocity, double acceleration) override {
+    return machine_->move(index_, target_rad, velocity, acceleration);
+  }
+  [[nodiscard]] Result<void> stop() override { return machine_->stop(index_); }
+  [[nodiscard]] Result<drivers::AxisState> state() override { return machine_->axis_state(index_); }
+
+ private:
+  Shared machine_;
+  std::size_t index_;
+};
+
+class VirtualCamera final : public drivers::Camera {
+ public:
+  explicit VirtualCamera(Shared machine) : machine_(std::move(machine)) {}
+
+  [[nodiscard]] drivers::CameraCapabilities capabilities() const override {
+    const CameraWorld& c = machine_->world().camera;
+    return {c.width, c.height, c.bits, "RGGB", c.min_exposure_s, c.max_exposure_s, c.readout_s, true};
+  }
+  [[nodiscard]] Result<void> arm() override {
+    machine_->arm();
+    return {};
+  }
+  [[nodiscard]] Result<void> trigger(double exposure_s, double gain) override {
+    return machine_->trigger(exposure_s, gain);
+  }
+  [[nodiscard]] Result<std::optional<drivers::FrameInfo>> fetch(std::span<std::uint16_t> pixels) override {
+    return machine_->fetch(pixels);
+  }
+  [[nodiscard]] Result<void> abort() override {
+    machine_->abort();
+    return {};
+  }
+
+ private:
+  Shared machine_;
+};
+
+class VirtualLight final : public drivers::Light {
+ public:
+  explicit VirtualLight(Shared machine) : machine_(std::move(machine)) {}
+
+  [[nodiscard]] drivers::LightCapabilities capabilities() const override {
+    return {true, true, machine_->world().light.warm_up_s};
+  }
+  [[nodiscard]] Result<void> set_level(double level) override {
+    if (!(level >= 0 && level <= 1)) return fail(ErrorCode::bad_input, "a level is 0 to 1", "light");
+    machine_->set_level(level);
+    return {};
+  }
+  [[nodiscard]] Result<void> set_shutter(bool open) override {
+    machine_->set_shutter(open);
+    return {};
+  }
+  [[nodiscard]] Result<drivers::LightState> state() override { return machine_->light_state(); }
+
+ private:
+  Shared machine_;
+};
+
+class VirtualLines final : public drivers::DigitalIo {
+ public:
+  explicit VirtualLines(Shared machine) : machine_(std::move(machine)) {}
+
+  [[nodiscard]] std::vector<drivers::Line> lines() const override { return {{"emergency_stop", false}}; }
+  [[nodiscard]] Result<std::vector<bool>> read() override {
+    return std::vector<bool>{machine_->emergency_stop()};
+  }
+  [[nodiscard]] Result<void> set(const std::string& line, bool /*active*/) override {
+    return fail(ErrorCode::bad_input, fmt::format("there is no output line '{}'", line), "lines");
+  }
+
+ private:
+  Shared machine_;
+};
+
+}  // namespace
+
+void check_settings(const base::ConfigTable& settings) {
+  (void)read_world(settings);
+}
+
+Result<std::vector<Device>> open_devices(const drivers::OpenContext& context) {
+  const World world = read_world(context.settings);
+  auto machine = Machine::open(world, context.clock, context.state_folder);
+  if (!machine) return base::pass(machine);
+  std::vector<Device> devices;
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    devices.push_back({kAxisNames[i], "axes", std::make_unique<VirtualAxis>(*machine, i)});
+  }
+  devices.push_back({"camera", "camera", std::make_unique<VirtualCamera>(*machine)});
+  devices.push_back({"light", "light", std::make_unique<VirtualLight>(*machine)});
+  devices.push_back({"lines", "light", std::make_unique<VirtualLines>(*machine)});
+  return devices;
+}
+
+}  // namespace rig::sim

@@ -1,0 +1,27 @@
+// What the camera sees before its electronics: the rate of photoelectrons in every pixel.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "sim/world.h"
+
+namespace rig::sim {
+
+class Renderer {
+ public:
+  explicit Renderer(const World& world);
+  ~Renderer();
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+
+  /// Photoelectrons per second in each pixel of the RGGB mosaic, row by row, with the axes truly at `angles`
+  /// and the light at `level`. Four samples a pixel, each with its own point of the light's aperture.
+  [[nodiscard]] std::vector<float> render(const Angles& angles, double level) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace rig::sim
