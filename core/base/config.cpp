@@ -349,6 +349,13 @@ std::vector<ConfigTable> ConfigTable::tables(std::string_view key) const {
   return out;
 }
 
+std::size_t ConfigTable::errors() const { return document_->errors.size(); }
+
+Result<void> ConfigTable::noted() const {
+  if (document_->errors.empty()) return {};
+  return fail(ErrorCode::bad_input, fmt::format("{}", fmt::join(document_->errors, "\n")));
+}
+
 Result<void> ConfigTable::finish() const {
   const auto visit = [this](const auto& self, const Node& node) -> void {
     if (node.left_to_others) return;

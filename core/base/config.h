@@ -64,6 +64,10 @@ class ConfigTable {
   /// driver).
   void leave_to_others() const;
 
+  /// How many errors the whole document has noted so far, and all of them as one Error: for a reader of a part.
+  [[nodiscard]] std::size_t errors() const;
+  [[nodiscard]] Result<void> noted() const;
+
   /// Every error noted in the whole document and every key in it that nobody read, as one Error with a line
   /// each.
   [[nodiscard]] Result<void> finish() const;

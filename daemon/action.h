@@ -1,0 +1,119 @@
+// What rigd does. Devices' actions go to the worker of their bus, the rest to the storage thread or the
+// server.
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "daemon/event.h"
+
+namespace rig::daemon {
+
+struct EnableAxis {
+  std::size_t axis;
+};
+struct HomeAxis {
+  std::size_t axis;
+};
+struct MoveAxis {
+  std::size_t axis;
+  double target_rad, velocity_rad_s, acceleration_rad_s2;
+};
+struct StopAxis {
+  std::size_t axis;
+};
+struct PollAxis {
+  std::size_t axis;
+};
+struct ArmCamera {};
+struct TriggerCamera {
+  double exposure_s;
+};
+struct FetchFrame {
+  JointAngles angles_rad;  ///< where the rig stood, for the sample's outline
+};
+struct AbortCamera {};
+struct SetLightLevel {
+  double level;
+};
+struct SetShutter {
+  bool open;
+};
+struct PollLight {};
+struct ReadLines {};
+
+struct CreateJob {
+  Asker asker;
+  protocol::SubmitJob submit;
+};
+struct OpenJob {
+  std::uint64_t id;
+  std::string scan_folder;
+};
+struct SaveJob {
+  JobEntry entry;
+};
+struct StoreFrame {
+  FrameSlot slot;
+  PoseTake pose;
+  scan::FrameRecord frame;
+};
+struct CommitPose {
+  PoseTake pose;
+  std::vector<scan::EventRecord> events;
+};
+struct DiscardBracket {
+  std::int64_t row;
+};
+struct RecordFailure {
+  std::int64_t row;
+  std::string reason;
+  bool abandon;
+};
+struct SaveStop {
+  std::string reason;  ///< empty: cleared
+};
+struct ReleaseFrame {
+  FrameSlot slot;
+};
+
+struct SendReply {
+  protocol::ClientId client;
+  protocol::Reply reply;
+};
+struct ReplyWithFrame {  ///< the loop adds the pixels of the slot and releases it
+  Asker asker;
+  FrameSlot slot;
+  drivers::FrameInfo info;
+  double saturated_share;
+  bool full;
+};
+struct SubscribeClient {
+  Asker asker;
+  std::uint64_t epoch, after;
+  bool previews;
+};
+struct UnsubscribeClient {
+  protocol::ClientId client;
+};
+struct Publish {
+  protocol::Event event;
+};
+struct PublishPreview {  ///< the loop adds the pixels of the slot
+  std::uint64_t job;
+  std::int64_t row;
+  int index;
+  FrameSlot slot;
+  drivers::FrameInfo info;
+  double saturated_share;
+};
+
+using Action =
+    std::variant<EnableAxis, HomeAxis, MoveAxis, StopAxis, PollAxis, ArmCamera, TriggerCamera, FetchFrame,
+                 AbortCamera, SetLightLevel, SetShutter, PollLight, ReadLines, CreateJob, OpenJob, SaveJob,
+                 StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, ReleaseFrame, SendReply,
+                 ReplyWithFrame, SubscribeClient, UnsubscribeClient, Publish, PublishPreview>;
+using Actions = std::vector<Action>;
+
+}  // namespace rig::daemon

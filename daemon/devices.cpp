@@ -1,0 +1,155 @@
+#include "daemon/devices.h"
+
+#include <algorithm>
+
+#include "core/base/units.h"
+#include "drivers/host/module_loader.h"
+
+namespace rig::daemon {
+
+namespace fs = std::filesystem;
+using base::ErrorCode;
+using base::fail;
+using base::pass;
+using base::Result;
+using drivers::Device;
+
+namespace {
+
+struct Opened {
+  std::string module;
+  std::size_t first, last;  // of OpenDevices::devices
+};
+
+Device* find_device(OpenDevices& open, const std::vector<Opened>& modules, const machine::DeviceRef& ref) {
+  for (const Opened& m : modules) {
+    if (m.module != ref.module) continue;
+    for (std::size_t i = m.first; i < m.last; ++i) {
+      if (open.devices[i].name == ref.device) return &open.devices[i];
+    }
+  }
+  return nullptr;
+}
+
+// The device that plays a part, of the right kind, and its worker.
+template <typename Kind>
+Result<Kind*> cast_part(OpenDevices& open, const std::vector<Opened>& modules, base::Clock& clock,
+                        const machine::DeviceRef& ref, const std::string& part, BusWorker** worker) {
+  Device* device = find_device(open, modules, ref);
+  if (device == nullptr) {
+    return fail(ErrorCode::not_found,
+                fmt::format("module '{}' offers no device '{}'", ref.module, ref.device), part);
+  }
+  auto* held = std::get_if<std::unique_ptr<Kind>>(&device->is);
+  if (held == nullptr) {
+    return fail(ErrorCode::bad_input,
+                fmt::format("device '{}' of module '{}' is of another kind", ref.device, ref.module), part);
+  }
+  auto& made = open.workers[ref.module + "/" + device->bus];
+  if (!made) made = std::make_unique<BusWorker>(clock);
+  *worker = made.get();
+  return held->get();
+}
+
+Result<void> check_camera(const machine::RigConfig& rig, const drivers::CameraCapabilities& camera) {
+  const auto& believed = rig.camera;
+  if (camera.width != believed.intrinsics.width || camera.height != believed.intrinsics.height) {
+    return fail(ErrorCode::bad_input,
+                fmt::format("the camera delivers {} x {} pixels, rig.toml says {} x {}", camera.width,
+                            camera.height, believed.intrinsics.width, believed.intrinsics.height),
+                "camera");
+  }
+  if (camera.bayer != geometry::text_from_bayer(believed.bayer)) {
+    return fail(ErrorCode::bad_input,
+                fmt::format("the camera's pattern is {}, rig.toml says {}", camera.bayer,
+                            geometry::text_from_bayer(believed.bayer)),
+                "camera");
+  }
+  if (camera.bits != believed.sensor.bits) {
+    return fail(
+        ErrorCode::bad_input,
+        fmt::format("the camera delivers {} bits, rig.toml says {}", camera.bits, believed.sensor.bits),
+        "camera");
+  }
+  return {};
+}
+
+void log_from_module(base::LogLevel level, std::string_view text) {
+  base::log_line(level, text);
+}
+
+}  // namespace
+
+Result<void> check_modules(const machine::RigConfig& rig) {
+  for (const auto& module : rig.modules) {
+    const auto entry = drivers::load_module(module.file, drivers::module_search_path());
+    if (!entry) return pass(entry);
+    const std::size_t before = module.settings.errors();
+    (*entry)->check(module.settings);
+    if (module.settings.errors() > before) return module.settings.noted();
+  }
+  return {};
+}
+
+Result<std::unique_ptr<OpenDevices>> open_devices(const machine::RigConfig& rig, base::Clock& clock,
+                                                  const fs::path& state_folder) {
+  if (auto ok = check_modules(rig); !ok) return pass(ok);
+  auto open = std::make_unique<OpenDevices>();
+  std::vector<Opened> modules;
+  for (const auto& module : rig.modules) {
+    const auto entry = drivers::load_module(module.file, drivers::module_search_path());
+    if (!entry) return pass(entry);
+    const fs::path folder = state_folder / module.name;
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error)
+      return fail(ErrorCode::io, fmt::format("cannot make the folder: {}", error.message()), folder.string());
+    auto devices = (*entry)->open({module.name, module.settings, folder, clock, &log_from_module});
+    if (!devices) return pass(devices);
+    const std::size_t first = open->devices.size();
+    for (Device& device : *devices) open->devices.push_back(std::move(device));
+    modules.push_back({module.name, first, open->devices.size()});
+  }
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    const std::string part = fmt::format("axis.{}", machine::kAxisNames[i]);
+    auto axis =
+        cast_part<drivers::Axis>(*open, modules, clock, rig.axes[i].device, part, &open->axis_workers[i]);
+    if (!axis) return pass(axis);
+    open->axes[i] = *axis;
+    const auto can = (*axis)->capabilities();
+    if (can.max_velocity_rad_s < rig.axes[i].max_velocity_rad_s * (1 - 1e-9)) {
+      return fail(
+          ErrorCode::bad_input,
+          fmt::format("the drive reaches {} deg/s, max_velocity_deg_s is {}",
+                      base::degrees(can.max_velocity_rad_s), base::degrees(rig.axes[i].max_velocity_rad_s)),
+          part);
+    }
+  }
+  auto camera =
+      cast_part<drivers::Camera>(*open, modules, clock, rig.camera.device, "camera", &open->camera_worker);
+  if (!camera) return pass(camera);
+  open->camera = *camera;
+  if (auto ok = check_camera(rig, open->camera->capabilities()); !ok) return pass(ok);
+  auto light =
+      cast_part<drivers::Light>(*open, modules, clock, rig.light.device, "light", &open->light_worker);
+  if (!light) return pass(light);
+  open->light = *light;
+  if (rig.emergency_stop) {
+    auto lines = cast_part<drivers::DigitalIo>(*open, modules, clock, rig.emergency_stop->device,
+                                               "lines.emergency_stop", &open->lines_worker);
+    if (!lines) return pass(lines);
+    open->lines = *lines;
+    const auto all = open->lines->lines();
+    const auto found = std::find_if(all.begin(), all.end(), [&](const drivers::Line& l) {
+      return l.name == rig.emergency_stop->line && !l.output;
+    });
+    if (found == all.end()) {
+      return fail(ErrorCode::not_found, fmt::format("there is no input line '{}'", rig.emergency_stop->line),
+                  "lines.emergency_stop");
+    }
+    open->emergency_stop_line = static_cast<std::size_t>(found - all.begin());
+  }
+  return open;
+}
+
+}  // namespace rig::daemon

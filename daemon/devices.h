@@ -1,0 +1,46 @@
+// The devices of rig.toml, opened, each with the worker of its bus.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/clock.h"
+#include "core/base/result.h"
+#include "core/machine/rig_config.h"
+#include "daemon/bus_worker.h"
+#include "daemon/state.h"
+#include "drivers/api/device.h"
+
+namespace rig::daemon {
+
+/// Validates every module's settings without hardware.
+[[nodiscard]] base::Result<void> check_modules(const machine::RigConfig& rig);
+
+struct OpenDevices {
+  std::vector<drivers::Device> devices;                       ///< owns them; outlives the workers
+  std::map<std::string, std::unique_ptr<BusWorker>> workers;  ///< by "module/bus"
+  std::array<drivers::Axis*, kAxisCount> axes{};
+  std::array<BusWorker*, kAxisCount> axis_workers{};
+  drivers::Camera* camera = nullptr;
+  BusWorker* camera_worker = nullptr;
+  drivers::Light* light = nullptr;
+  BusWorker* light_worker = nullptr;
+  drivers::DigitalIo* lines = nullptr;  ///< null: rig.toml names no emergency stop
+  BusWorker* lines_worker = nullptr;
+  std::size_t emergency_stop_line = 0;
+
+  /// Carries out what is queued at every bus, and ends the workers.
+  void finish() { workers.clear(); }
+};
+
+/// Loads the modules, opens them and finds the devices that rig.toml names. What the hardware cannot do that
+/// rig.toml claims is an error.
+[[nodiscard]] base::Result<std::unique_ptr<OpenDevices>> open_devices(
+    const machine::RigConfig& rig, base::Clock& clock, const std::filesystem::path& state_folder);
+
+}  // namespace rig::daemon

@@ -1,0 +1,80 @@
+// What can happen to rigd.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/base/result.h"
+#include "daemon/state.h"
+#include "protocol/rig.pb.h"
+
+namespace rig::daemon {
+
+/// A frame in the pool, handed on by its index.
+struct FrameSlot {
+  int index = -1;
+};
+
+struct Tick {};  ///< a deadline may have passed
+struct RequestReceived {
+  protocol::ClientId client;
+  protocol::Role role = protocol::Role::observer;
+  protocol::Request request;
+};
+struct AxisPolled {
+  std::size_t axis = 0;
+  drivers::AxisState state;
+};
+struct LightPolled {
+  drivers::LightState state;
+};
+struct LinesRead {
+  bool emergency_stop = false;
+};
+/// A device did not do what it was asked.
+struct DeviceFailed {
+  std::string what;
+};
+struct FrameNotReady {};
+struct FrameFetched {
+  FrameSlot slot;
+  drivers::FrameInfo info;
+  double saturated_share = 0;
+};
+struct FrameStored {
+  std::int64_t row = 0;
+  int index = 0;
+  std::string sha256;
+};
+struct PoseCommitted {
+  std::int64_t row = 0;
+};
+struct JobCreated {
+  Asker asker;
+  base::Result<JobEntry> entry = JobEntry{};
+};
+struct JobOpened {
+  std::uint64_t id = 0;
+  std::shared_ptr<const machine::JobConfig> config;
+  std::vector<scan::PlanRow> pending;
+  scan::ScanProgress progress;
+};
+/// The job cannot go on: its files are damaged or its disk refuses.
+struct StorageFailed {
+  std::string what;
+};
+struct EndRequested {};  ///< SIGTERM
+
+using What = std::variant<Tick, RequestReceived, AxisPolled, LightPolled, LinesRead, DeviceFailed,
+                          FrameNotReady, FrameFetched, FrameStored, PoseCommitted, JobCreated, JobOpened,
+                          StorageFailed, EndRequested>;
+
+struct Event {
+  Time time{};
+  What what;
+};
+
+}  // namespace rig::daemon

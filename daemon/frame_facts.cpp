@@ -1,0 +1,88 @@
+#include "daemon/frame_facts.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace rig::daemon {
+
+namespace {
+
+std::uint8_t to_srgb(double linear) {
+  const double v = std::clamp(linear, 0.0, 1.0);
+  const double encoded = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+  return static_cast<std::uint8_t>(std::lround(255 * encoded));
+}
+
+// Where a row of pixels enters and leaves a polygon, in pairs.
+std::vector<double> crossings(const std::vector<geometry::Vec2>& polygon, double y) {
+  std::vector<double> out;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const geometry::Vec2 a = polygon[i];
+    const geometry::Vec2 b = polygon[(i + 1) % polygon.size()];
+    if ((a.y <= y) == (b.y <= y)) continue;
+    out.push_back(a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x));
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+}  // namespace
+
+double saturated_share(const machine::CameraConfig& camera, std::span<const std::uint16_t> pixels,
+                       const std::vector<geometry::Vec2>& polygon) {
+  const int width = camera.intrinsics.width;
+  const int height = camera.intrinsics.height;
+  std::size_t seen = 0;
+  std::size_t saturated = 0;
+  for (int y = 0; y < height; ++y) {
+    std::vector<double> spans{-1.0, static_cast<double>(width)};
+    if (!polygon.empty()) spans = crossings(polygon, y);
+    for (std::size_t i = 0; i + 1 < spans.size(); i += 2) {
+      const int from = static_cast<int>(std::ceil(std::clamp(spans[i], -1.0, static_cast<double>(width))));
+      const int to = static_cast<int>(std::floor(std::clamp(spans[i + 1], -1.0, static_cast<double>(width))));
+      for (int x = std::max(from, 0); x <= std::min(to, width - 1); ++x) {
+        ++seen;
+        if (pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                   static_cast<std::size_t>(x)] >= camera.sensor.saturation_dn) {
+          ++saturated;
+        }
+      }
+    }
+  }
+  return seen == 0 ? 0 : static_cast<double>(saturated) / static_cast<double>(seen);
+}
+
+Preview make_preview(const machine::CameraConfig& camera, std::span<const std::uint16_t> pixels, int widest) {
+  const int width = camera.intrinsics.width;
+  const int height = camera.intrinsics.height;
+  const int cell = std::max(2, 2 * ((width + 2 * widest - 1) / (2 * widest)));
+  Preview preview{width / cell, height / cell, {}};
+  preview.rgb.reserve(static_cast<std::size_t>(preview.width) * static_cast<std::size_t>(preview.height) * 3);
+  const double full = camera.sensor.saturation_dn - camera.sensor.black_dn;
+  for (int v = 0; v < preview.height; ++v) {
+    for (int u = 0; u < preview.width; ++u) {
+      std::array<double, 3> sum{};
+      std::array<int, 3> count{};
+      // One mosaic cell stands for its neighbours: a preview need not be smooth.
+      for (int dy = 0; dy < 2; ++dy) {
+        for (int dx = 0; dx < 2; ++dx) {
+          const int x = u * cell + dx;
+          const int y = v * cell + dy;
+          const auto c = static_cast<std::size_t>(geometry::colour_at(camera.bayer, x, y));
+          sum[c] += pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                           static_cast<std::size_t>(x)] -
+                    camera.sensor.black_dn;
+          ++count[c];
+        }
+      }
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::size_t from = count[c] > 0 ? c : 1;  // a grey sensor has green alone
+        preview.rgb.push_back(to_srgb(camera.white_balance[c] * sum[from] / std::max(count[from], 1) / full));
+      }
+    }
+  }
+  return preview;
+}
+
+}  // namespace rig::daemon

@@ -1,0 +1,311 @@
+#include "daemon/job.h"
+
+#include <algorithm>
+
+#include "core/base/units.h"
+#include "daemon/exposure_strategy.h"
+#include "daemon/messages.h"
+#include "daemon/safety.h"
+
+namespace rig::daemon {
+
+using base::seconds;
+
+namespace {
+
+constexpr double kSmoothing = 0.1;       // of the time a pose takes
+constexpr double kFramePatience_s = 10;  // beyond exposure and readout
+
+JobEntry* find_job(State& state, std::uint64_t id) {
+  const auto found =
+      std::find_if(state.jobs.begin(), state.jobs.end(), [id](const JobEntry& j) { return j.id == id; });
+  return found == state.jobs.end() ? nullptr : &*found;
+}
+
+void pick_job(State& state, Actions& actions) {
+  const auto with = [&state](JobEntry::State wanted) -> JobEntry* {
+    for (JobEntry& job : state.jobs) {
+      if (job.state == wanted) return &job;
+    }
+    return nullptr;
+  };
+  // One that was active when rigd ended goes on before anything new begins.
+  JobEntry* entry = with(JobEntry::State::active);
+  if (entry == nullptr) entry = with(JobEntry::State::queued);
+  if (entry == nullptr) return;
+  entry->state = JobEntry::State::active;
+  state.job = ActiveJob{};
+  state.job->id = entry->id;
+  actions.push_back(OpenJob{entry->id, entry->scan_folder});
+  publish_job(state, actions, *entry);
+}
+
+void home_what_needs_it(const Setup& setup, State& state, Actions& actions) {
+  std::vector<std::size_t> axes;
+  for (const std::size_t i : setup.rig.home_order) {
+    if (!state.axes[i].known) return;  // the regular look will tell
+    if (!state.axes[i].last.homed) axes.push_back(i);
+  }
+  if (!axes.empty()) {
+    begin_homing(setup, state, actions, std::move(axes), std::nullopt);
+    return;
+  }
+  state.job->phase = ActiveJob::Phase::warming;
+  actions.push_back(SetLightLevel{1});
+  actions.push_back(SetShutter{true});
+  actions.push_back(PollLight{});
+}
+
+void fail_pose(State& state, Actions& actions, const std::string& reason) {
+  ActiveJob& job = *state.job;
+  const PoseTake take = *job.current;
+  job.current.reset();
+  JobEntry& entry = *find_job(state, job.id);
+  const machine::RetryConfig& retry = job.config->retry;
+  const bool abandon = take.attempt >= retry.attempts;
+  actions.push_back(DiscardBracket{take.row});
+  actions.push_back(RecordFailure{take.row, reason, abandon});
+  protocol::Event event;
+  auto& failed = *event.mutable_pose_failed();
+  failed.set_job(job.id);
+  failed.set_row(take.row);
+  failed.set_attempt(static_cast<std::uint32_t>(take.attempt));
+  failed.set_reason(reason);
+  failed.set_abandoned(abandon);
+  publish(state, actions, std::move(event));
+  if (abandon) {
+    ++entry.abandoned;
+    return;
+  }
+  ++entry.retries;
+  job.rows.push_front({take.row, take.target_rad, scan::RowState::pending, take.attempt, reason});
+  job.not_before =
+      state.now + seconds(retry.delay_s * static_cast<double>(1ULL << std::min(take.attempt - 1, 20)));
+}
+
+void start_pose(const Setup& setup, State& state, Actions& actions) {
+  ActiveJob& job = *state.job;
+  const scan::PlanRow row = job.rows.front();
+  job.rows.pop_front();
+  PoseTake take;
+  take.row = row.row;
+  take.attempt = row.attempts + 1;
+  take.target_rad = row.target_rad;
+  job.current = take;
+  protocol::Event event;
+  auto& started = *event.mutable_pose_started();
+  started.set_job(job.id);
+  started.set_row(row.row);
+  started.set_attempt(static_cast<std::uint32_t>(take.attempt));
+  for (const double angle : row.target_rad) started.add_target_deg(base::degrees(angle));
+  publish(state, actions, std::move(event));
+  if (auto ok = begin_move(setup, state, actions, {true, true, true, true}, row.target_rad, std::nullopt);
+      !ok) {
+    fail_pose(state, actions, ok.error().text());
+  }
+}
+
+void expose(const Setup& setup, State& state, Actions& actions, const NextExposure& next) {
+  PoseTake& take = *state.job->current;
+  if (take.triggered == 0) actions.push_back(ArmCamera{});
+  actions.push_back(TriggerCamera{next.exposure_s});
+  PendingFrame frame;
+  frame.row = take.row;
+  frame.index = static_cast<int>(take.triggered);
+  frame.exposure_s = next.exposure_s;
+  frame.exposed = state.now + seconds(next.exposure_s);
+  frame.fetch_at = frame.exposed + seconds(setup.camera.readout_s);
+  frame.deadline = frame.fetch_at + seconds(kFramePatience_s);
+  state.frame = frame;
+  ++take.triggered;
+  take.complete = next.last;
+}
+
+// The bracket needs the rig no longer: the pose waits for its files, and the rig may go on.
+void hand_over(State& state) {
+  state.job->storing = std::move(state.job->current);
+  state.job->current.reset();
+}
+
+void advance_bracket(const Setup& setup, State& state, Actions& actions) {
+  ActiveJob& job = *state.job;
+  PoseTake& take = *job.current;
+  if (take.arrived == Time{}) return;
+  if (state.frame) {
+    const bool exposed = state.now >= state.frame->exposed;
+    if (take.complete && exposed && setup.camera.overlaps_motion && !job.storing) hand_over(state);
+    return;
+  }
+  if (take.triggered == 0 && job.storing) return;  // the pose before is not safe on disk yet
+  const NextExposure next = next_exposure(job.config->exposure, take.triggered, take.frames);
+  switch (next.kind) {
+    case NextExposure::Kind::expose:
+      expose(setup, state, actions, next);
+      return;
+    case NextExposure::Kind::wait_for_frame:
+      return;
+    case NextExposure::Kind::complete:
+      take.complete = true;
+      if (!job.storing) hand_over(state);
+      return;
+  }
+}
+
+void commit_when_stored(State& state, Actions& actions) {
+  PoseTake& take = *state.job->storing;
+  if (take.committing || !take.complete || take.frames.size() != take.triggered) return;
+  const auto stored = [](const scan::FrameRecord& f) { return !f.sha256.empty(); };
+  if (!std::all_of(take.frames.begin(), take.frames.end(), stored)) return;
+  take.committing = true;
+  actions.push_back(CommitPose{take, {}});
+}
+
+}  // namespace
+
+void advance_job(const Setup& setup, State& state, Actions& actions) {
+  if (!state.stopped.empty() || state.ending) return;
+  if (!state.job) {
+    if (!state.motion && !state.snap && !state.frame) pick_job(state, actions);
+    return;
+  }
+  ActiveJob& job = *state.job;
+  switch (job.phase) {
+    case ActiveJob::Phase::opening:
+      return;
+    case ActiveJob::Phase::homing:
+      if (!state.motion) home_what_needs_it(setup, state, actions);
+      return;
+    case ActiveJob::Phase::warming:
+      if (!state.light.warm || !state.light.shutter_open) return;
+      job.phase = ActiveJob::Phase::running;
+      job.last_commit = state.now;
+      break;
+    case ActiveJob::Phase::running:
+      break;
+  }
+  if (job.current) advance_bracket(setup, state, actions);
+  if (job.storing) commit_when_stored(state, actions);
+  if (!job.current && !job.rows.empty() && !state.motion && state.now >= job.not_before) {
+    start_pose(setup, state, actions);
+  }
+  if (!job.current && !job.storing && job.rows.empty()) {
+    end_job(setup, state, actions, job.id, JobEntry::State::complete, {});
+  }
+}
+
+void on_job_opened(State& state, Actions& actions, const JobOpened& opened) {
+  if (!state.job || state.job->id != opened.id) return;
+  JobEntry* entry = find_job(state, opened.id);
+  entry->done = opened.progress.done;
+  entry->abandoned = opened.progress.abandoned;
+  entry->poses = opened.progress.total;
+  state.job->config = opened.config;
+  state.job->rows.assign(opened.pending.begin(), opened.pending.end());
+  state.job->phase = ActiveJob::Phase::homing;
+  publish_job(state, actions, *entry);
+}
+
+void on_job_motion_end(const Setup& /*setup*/, State& state, Actions& actions, const MotionEnd& end) {
+  if (!state.job || end.kind == Motion::Kind::homing || !state.job->current) return;
+  PoseTake& take = *state.job->current;
+  if (!end.failure.empty()) {
+    fail_pose(state, actions, end.failure);
+    return;
+  }
+  take.arrived = state.now;
+  protocol::Event event;
+  auto& arrived = *event.mutable_pose_arrived();
+  arrived.set_job(state.job->id);
+  arrived.set_row(take.row);
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    take.readback_rad[i] = state.axes[i].last.position_rad;
+    arrived.add_readback_deg(base::degrees(take.readback_rad[i]));
+  }
+  publish(state, actions, std::move(event));
+}
+
+void on_job_frame(State& state, Actions& actions, const PendingFrame& pending, const FrameFetched& fetched) {
+  ActiveJob& job = *state.job;
+  PoseTake* take = nullptr;
+  if (job.current && job.current->row == pending.row) take = &*job.current;
+  if (job.storing && job.storing->row == pending.row) take = &*job.storing;
+  if (take == nullptr) {
+    actions.push_back(ReleaseFrame{fetched.slot});
+    return;
+  }
+  scan::FrameRecord record;
+  record.index = pending.index;
+  record.exposure_s = fetched.info.exposure_s;
+  record.gain = fetched.info.gain;
+  record.saturated_share = fetched.saturated_share;
+  record.started = fetched.info.started;
+  take->frames.push_back(record);
+  actions.push_back(PublishPreview{job.id, pending.row, pending.index, fetched.slot, fetched.info,
+                                   fetched.saturated_share});
+  actions.push_back(StoreFrame{fetched.slot, *take, record});
+  protocol::Event event;
+  auto& taken = *event.mutable_frame_taken();
+  taken.set_job(job.id);
+  taken.set_row(pending.row);
+  taken.set_index(static_cast<std::uint32_t>(pending.index));
+  taken.set_exposure_us(fetched.info.exposure_s * 1e6);
+  taken.set_saturated_share(fetched.saturated_share);
+  publish(state, actions, std::move(event));
+}
+
+void on_frame_stored(State& state, const FrameStored& stored) {
+  if (!state.job) return;
+  for (auto* take : {&state.job->current, &state.job->storing}) {
+    if (!*take || (*take)->row != stored.row) continue;
+    for (scan::FrameRecord& frame : (*take)->frames) {
+      if (frame.index == stored.index) frame.sha256 = stored.sha256;
+    }
+  }
+}
+
+void on_pose_committed(const Setup& /*setup*/, State& state, Actions& actions,
+                       const PoseCommitted& committed) {
+  if (!state.job || !state.job->storing || state.job->storing->row != committed.row) return;
+  ActiveJob& job = *state.job;
+  JobEntry& entry = *find_job(state, job.id);
+  const auto frames = job.storing->frames.size();
+  job.storing.reset();
+  ++entry.done;
+  const double took = base::to_seconds(state.now - job.last_commit);
+  job.seconds_per_pose += (job.seconds_per_pose == 0 ? 1 : kSmoothing) * (took - job.seconds_per_pose);
+  job.last_commit = state.now;
+  protocol::Event event;
+  auto& done = *event.mutable_pose_committed();
+  done.set_job(job.id);
+  done.set_row(committed.row);
+  done.set_frames(static_cast<std::uint32_t>(frames));
+  done.set_done(entry.done);
+  done.set_poses(entry.poses);
+  publish(state, actions, std::move(event));
+}
+
+void end_job(const Setup& setup, State& state, Actions& actions, std::uint64_t id, JobEntry::State how,
+             const std::string& reason) {
+  JobEntry* entry = find_job(state, id);
+  if (entry == nullptr) return;
+  entry->state = how;
+  entry->reason = reason;
+  if (state.job && state.job->id == id) {
+    for (const auto& take : {state.job->current, state.job->storing}) {
+      if (take && !take->committing) actions.push_back(DiscardBracket{take->row});
+    }
+    if (state.motion) {
+      for (std::size_t i = 0; i < kAxisCount; ++i) actions.push_back(StopAxis{i});
+      state.motion.reset();
+    }
+    if (state.frame) {
+      actions.push_back(AbortCamera{});
+      state.frame.reset();
+    }
+    if (setup.light.has_shutter) actions.push_back(SetShutter{false});
+    state.job.reset();
+  }
+  publish_job(state, actions, *entry);
+}
+
+}  // namespace rig::daemon

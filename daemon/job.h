@@ -1,0 +1,24 @@
+// A job, pose by pose: move, expose, store, commit; retry and give up.
+#pragma once
+
+#include "daemon/action.h"
+#include "daemon/motion.h"
+#include "daemon/state.h"
+
+namespace rig::daemon {
+
+/// Does whatever the job can do next; called after every event.
+void advance_job(const Setup& setup, State& state, Actions& actions);
+
+void on_job_opened(State& state, Actions& actions, const JobOpened& opened);
+/// The motion of a job's pose or its homing ended.
+void on_job_motion_end(const Setup& setup, State& state, Actions& actions, const MotionEnd& end);
+void on_job_frame(State& state, Actions& actions, const PendingFrame& pending, const FrameFetched& fetched);
+void on_frame_stored(State& state, const FrameStored& stored);
+void on_pose_committed(const Setup& setup, State& state, Actions& actions, const PoseCommitted& committed);
+
+/// Ends a job for good.
+void end_job(const Setup& setup, State& state, Actions& actions, std::uint64_t id, JobEntry::State how,
+             const std::string& reason);
+
+}  // namespace rig::daemon

@@ -1,0 +1,239 @@
+#include "daemon/loop.h"
+
+#include "core/base/log.h"
+#include "core/machine/kinematics.h"
+#include "daemon/frame_facts.h"
+#include "daemon/messages.h"
+
+namespace rig::daemon {
+
+namespace {
+
+constexpr std::size_t kRecentEvents = 20000;
+constexpr int kPreviewWidth = 400;
+
+template <typename... Ts>
+struct Overloaded : Ts... {
+  using Ts::operator()...;
+};
+template <typename... Ts>
+Overloaded(Ts...) -> Overloaded<Ts...>;
+
+}  // namespace
+
+Loop::Loop(base::Clock& clock, Setup setup, State state, OpenDevices& devices, FramePool& pool)
+    : clock_(clock),
+      setup_(std::move(setup)),
+      state_(std::move(state)),
+      devices_(devices),
+      pool_(pool),
+      mailbox_(clock) {}
+
+void Loop::post(What what) {
+  mailbox_.push({clock_.now(), std::move(what)});
+}
+
+void Loop::attach(Storage& storage, protocol::Server& server) {
+  storage_ = &storage;
+  server_ = &server;
+}
+
+void Loop::run() {
+  state_.now = clock_.now();
+  state_.look_at = state_.now;
+  while (!state_.ending) {
+    const auto wake = next_wake(state_);
+    auto event = mailbox_.pop(wake ? std::optional(wake->at) : std::nullopt,
+                              wake ? wake->kind : base::WaitFor::person);
+    if (!event) event = Event{clock_.now(), Tick{}};
+    Step next = step(setup_, std::move(state_), *event);
+    state_ = std::move(next.state);
+    for (Action& action : next.actions) carry_out(action);
+  }
+}
+
+void Loop::to_axis(std::size_t axis, bool first, std::function<base::Result<void>(drivers::Axis&)> what) {
+  auto transaction = [this, axis, what = std::move(what)] {
+    if (auto done = what(*devices_.axes[axis]); !done) {
+      post(DeviceFailed{fmt::format("axis {}: {}", machine::kAxisNames[axis], done.error().text())});
+    }
+  };
+  if (first) {
+    devices_.axis_workers[axis]->queue_first(std::move(transaction));
+  } else {
+    devices_.axis_workers[axis]->queue(std::move(transaction));
+  }
+}
+
+void Loop::fetch(const FetchFrame& action) {
+  devices_.camera_worker->queue([this, action] {
+    const auto slot = pool_.take();
+    if (!slot) {
+      post(FrameNotReady{});  // the disk is behind: asked again shortly
+      return;
+    }
+    auto frame = devices_.camera->fetch(pool_.pixels(*slot));
+    if (!frame || !*frame) {
+      pool_.release(*slot);
+      if (frame) {
+        post(FrameNotReady{});
+      } else {
+        post(DeviceFailed{"camera: " + frame.error().text()});
+      }
+      return;
+    }
+    const auto outline = machine::sample_outline(setup_.rig, action.angles_rad);
+    const double share = saturated_share(setup_.rig.camera, pool_.pixels(*slot),
+                                         outline.value_or(std::vector<geometry::Vec2>{}));
+    post(FrameFetched{*slot, **frame, share});
+  });
+}
+
+protocol::Frame Loop::describe(FrameSlot slot, const drivers::FrameInfo& info, double share, bool full) {
+  const auto pixels = pool_.pixels(slot);
+  const Preview preview = make_preview(setup_.rig.camera, pixels, kPreviewWidth);
+  protocol::Frame frame;
+  frame.set_exposure_us(info.exposure_s * 1e6);
+  frame.set_gain(info.gain);
+  frame.set_saturated_share(share);
+  frame.set_preview_width(static_cast<std::uint32_t>(preview.width));
+  frame.set_preview_height(static_cast<std::uint32_t>(preview.height));
+  frame.set_preview_rgb(preview.rgb.data(), preview.rgb.size());
+  frame.set_bits(static_cast<std::uint32_t>(setup_.camera.bits));
+  frame.set_bayer(setup_.camera.bayer);
+  frame.set_width(static_cast<std::uint32_t>(setup_.camera.width));
+  frame.set_height(static_cast<std::uint32_t>(setup_.camera.height));
+  if (full) frame.set_raw(pixels.data(), pixels.size_bytes());
+  return frame;
+}
+
+void Loop::publish(const protocol::Event& event) {
+  recent_.push_back(event);
+  if (recent_.size() > kRecentEvents) recent_.pop_front();
+  server_->publish(event);
+}
+
+void Loop::catch_up(const SubscribeClient& action) {
+  protocol::Reply reply = make_reply(action.asker.id, protocol::DONE);
+  auto& missed = *reply.mutable_catch_up();
+  if (action.epoch != 0) {
+    const auto key = [](const protocol::Event& e) { return std::pair(e.epoch(), e.number()); };
+    for (const protocol::Event& event : recent_) {
+      if (key(event) > std::pair(action.epoch, action.after)) *missed.add_missed() = event;
+    }
+    // Events of earlier epochs are gone with the process that made them, but for what the journal keeps.
+    const bool continuous =
+        action.epoch == state_.epoch && (recent_.empty() || recent_.front().number() <= action.after + 1);
+    missed.set_truncated(!continuous);
+  }
+  server_->subscribe(action.asker.client, action.previews);
+  server_->reply(action.asker.client, reply);
+}
+
+void Loop::carry_out(Action& action) {
+  std::visit(
+      Overloaded{
+          [&](const EnableAxis& a) {
+            to_axis(a.axis, false, [](drivers::Axis& x) { return x.enable(true); });
+          },
+          [&](const HomeAxis& a) { to_axis(a.axis, false, [](drivers::Axis& x) { return x.home(); }); },
+          [&](const MoveAxis& a) {
+            to_axis(a.axis, false, [a](drivers::Axis& x) {
+              return x.move_to(a.target_rad, a.velocity_rad_s, a.acceleration_rad_s2);
+            });
+          },
+          [&](const StopAxis& a) { to_axis(a.axis, true, [](drivers::Axis& x) { return x.stop(); }); },
+          [&](const PollAxis& a) {
+            to_axis(a.axis, false, [this, a](drivers::Axis& x) -> base::Result<void> {
+              auto state = x.state();
+              if (!state) return base::pass(state);
+              post(AxisPolled{a.axis, *state});
+              return {};
+            });
+          },
+          [&](const ArmCamera&) {
+            devices_.camera_worker->queue([this] {
+              if (auto ok = devices_.camera->arm(); !ok) post(DeviceFailed{"camera: " + ok.error().text()});
+            });
+          },
+          [&](const TriggerCamera& a) {
+            devices_.camera_worker->queue([this, a] {
+              if (auto ok = devices_.camera->trigger(a.exposure_s, 1); !ok)
+                post(DeviceFailed{"camera: " + ok.error().text()});
+            });
+          },
+          [&](const FetchFrame& a) { fetch(a); },
+          [&](const AbortCamera&) {
+            devices_.camera_worker->queue([this] {
+              if (auto ok = devices_.camera->abort(); !ok) post(DeviceFailed{"camera: " + ok.error().text()});
+            });
+          },
+          [&](const SetLightLevel& a) {
+            devices_.light_worker->queue([this, a] {
+              if (auto ok = devices_.light->set_level(a.level); !ok)
+                post(DeviceFailed{"light: " + ok.error().text()});
+            });
+          },
+          [&](const SetShutter& a) {
+            auto transaction = [this, a] {
+              if (auto ok = devices_.light->set_shutter(a.open); !ok)
+                post(DeviceFailed{"light: " + ok.error().text()});
+            };
+            if (a.open) {
+              devices_.light_worker->queue(transaction);
+            } else {
+              devices_.light_worker->queue_first(transaction);
+            }
+          },
+          [&](const PollLight&) {
+            devices_.light_worker->queue([this] {
+              if (auto state = devices_.light->state(); state) {
+                post(LightPolled{*state});
+              } else {
+                post(DeviceFailed{"light: " + state.error().text()});
+              }
+            });
+          },
+          [&](const ReadLines&) {
+            devices_.lines_worker->queue([this] {
+              if (auto levels = devices_.lines->read(); levels) {
+                post(LinesRead{(*levels).at(devices_.emergency_stop_line)});
+              } else {
+                post(DeviceFailed{"lines: " + levels.error().text()});
+              }
+            });
+          },
+          [&](const ReleaseFrame& a) { pool_.release(a.slot); },
+          [&](const SendReply& a) { server_->reply(a.client, a.reply); },
+          [&](const ReplyWithFrame& a) {
+            protocol::Reply reply = make_reply(a.asker.id, protocol::DONE);
+            *reply.mutable_frame() = describe(a.slot, a.info, a.saturated_share, a.full);
+            pool_.release(a.slot);
+            server_->reply(a.asker.client, reply);
+          },
+          [&](const SubscribeClient& a) { catch_up(a); },
+          [&](const UnsubscribeClient& a) { server_->unsubscribe(a.client); },
+          [&](const Publish& a) {
+            if (a.event.has_stop_latched()) base::log_warning("stopped: {}", a.event.stop_latched().reason());
+            if (a.event.has_alarm()) base::log_error("{}", a.event.alarm().text());
+            if (a.event.has_pose_failed()) {
+              base::log_warning("row {}: {}", a.event.pose_failed().row(), a.event.pose_failed().reason());
+            }
+            publish(a.event);
+          },
+          [&](const PublishPreview& a) {
+            if (server_->client_count() == 0) return;
+            protocol::Event event;
+            event.set_epoch(state_.epoch);
+            auto& preview = *event.mutable_preview();
+            preview.set_job(a.job);
+            preview.set_row(a.row);
+            preview.set_index(static_cast<std::uint32_t>(a.index));
+            *preview.mutable_frame() = describe(a.slot, a.info, a.saturated_share, false);
+            server_->publish_preview(event);
+          },
+          [&](const auto& for_storage) { storage_->queue(for_storage); }},
+      action);
+}
+
+}  // namespace rig::daemon

@@ -1,0 +1,55 @@
+// The thin loop around step(): feeds it events, carries its actions out.
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <memory>
+
+#include "core/base/clock.h"
+#include "core/base/result.h"
+#include "daemon/devices.h"
+#include "daemon/event.h"
+#include "daemon/frame_pool.h"
+#include "daemon/state.h"
+#include "daemon/step.h"
+#include "daemon/storage.h"
+#include "protocol/server.h"
+
+namespace rig::daemon {
+
+class Loop {
+ public:
+  Loop(base::Clock& clock, Setup setup, State state, OpenDevices& devices, FramePool& pool);
+  Loop(const Loop&) = delete;
+  Loop& operator=(const Loop&) = delete;
+
+  /// From any thread.
+  void post(What what);
+  /// Both before run(); they must outlive it.
+  void attach(Storage& storage, protocol::Server& server);
+
+  /// Until EndRequested was handled.
+  void run();
+
+ private:
+  void carry_out(Action& action);
+  void to_axis(std::size_t axis, bool first, std::function<base::Result<void>(drivers::Axis&)> what);
+  void fetch(const FetchFrame& action);
+  void publish(const protocol::Event& event);
+  void catch_up(const SubscribeClient& action);
+  [[nodiscard]] protocol::Frame describe(FrameSlot slot, const drivers::FrameInfo& info, double share,
+                                         bool full);
+
+  base::Clock& clock_;
+  const Setup setup_;
+  State state_;
+  OpenDevices& devices_;
+  FramePool& pool_;
+  Storage* storage_ = nullptr;
+  protocol::Server* server_ = nullptr;
+  base::Mailbox<Event> mailbox_;
+  std::deque<protocol::Event> recent_;  // for late joiners
+};
+
+}  // namespace rig::daemon

@@ -1,0 +1,28 @@
+// rigd: the daemon that owns motors, light and camera.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "core/base/log.h"
+#include "daemon/rigd.h"
+
+int main(int argc, char** argv) {
+  CLI::App app("The daemon that owns motors, light and camera, and runs scan jobs.");
+  rig::daemon::Options options{"/etc/rigd/rig.toml", "/var/lib/rigd", "/run/rigd"};
+  bool check_only = false;
+  bool verbose = false;
+  app.add_option("--config", options.config, "the machine's description")->capture_default_str();
+  app.add_option("--state", options.state_folder, "what rigd remembers between starts")
+      ->capture_default_str();
+  app.add_option("--runtime", options.runtime_folder, "where its sockets are")->capture_default_str();
+  app.add_flag("--check", check_only, "validate the configuration without touching hardware, and end");
+  app.add_flag("--verbose", verbose, "log more");
+  CLI11_PARSE(app, argc, argv);
+  if (verbose) rig::base::set_log_level(rig::base::LogLevel::debug);
+  const auto done = check_only ? rig::daemon::check(options) : rig::daemon::run(options);
+  if (!done) {
+    std::fprintf(stderr, "rigd: %s\n", done.error().text().c_str());
+    return 1;
+  }
+  if (check_only) std::printf("%s: correct\n", options.config.c_str());
+  return 0;
+}

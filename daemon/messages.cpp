@@ -1,0 +1,126 @@
+#include "daemon/messages.h"
+
+#include "core/base/units.h"
+
+namespace rig::daemon {
+
+using base::degrees;
+
+namespace {
+
+std::int64_t microseconds(Time time) {
+  return std::chrono::duration_cast<std::chrono::microseconds>(time.time_since_epoch()).count();
+}
+
+protocol::JobState translate(JobEntry::State state) {
+  switch (state) {
+    case JobEntry::State::queued:
+      return protocol::QUEUED;
+    case JobEntry::State::active:
+      return protocol::ACTIVE;
+    case JobEntry::State::complete:
+      return protocol::COMPLETE;
+    case JobEntry::State::aborted:
+      return protocol::ABORTED;
+    case JobEntry::State::failed:
+      return protocol::JOB_FAILED;
+  }
+  return protocol::JOB_STATE_UNSPECIFIED;
+}
+
+}  // namespace
+
+protocol::Reply make_reply(std::uint64_t id, protocol::Outcome outcome, const std::string& reason) {
+  protocol::Reply reply;
+  reply.set_id(id);
+  reply.set_outcome(outcome);
+  reply.set_reason(reason);
+  return reply;
+}
+
+protocol::LightStatus make_light_status(const drivers::LightState& light) {
+  protocol::LightStatus out;
+  out.set_on(light.on);
+  out.set_shutter_open(light.shutter_open);
+  out.set_level(light.level);
+  out.set_warm(light.warm);
+  out.set_hours(light.hours);
+  out.set_fault(light.fault);
+  return out;
+}
+
+protocol::JobInfo make_job_info(const State& state, const JobEntry& job) {
+  protocol::JobInfo info;
+  info.set_job(job.id);
+  info.set_name(job.name);
+  info.set_sample(job.sample);
+  info.set_state(translate(job.state));
+  info.set_scan_folder(job.scan_folder);
+  info.set_poses(job.poses);
+  info.set_done(job.done);
+  info.set_abandoned(job.abandoned);
+  info.set_retries(job.retries);
+  info.set_reason(job.reason);
+  info.set_row(-1);
+  if (state.job && state.job->id == job.id) {
+    info.set_seconds_left(state.job->seconds_per_pose *
+                          static_cast<double>(job.poses - job.done - job.abandoned));
+    if (state.job->current) info.set_row(state.job->current->row);
+  }
+  return info;
+}
+
+protocol::Mode mode_of(const State& state) {
+  if (!state.stopped.empty()) return protocol::STOPPED;
+  if (state.job) return protocol::RUNNING;
+  if (state.snap) return protocol::EXPOSING;
+  if (!state.motion) return protocol::IDLE;
+  return state.motion->kind == Motion::Kind::homing ? protocol::HOMING : protocol::MOVING;
+}
+
+protocol::Status make_status(const Setup& setup, const State& state) {
+  protocol::Status status;
+  status.set_rig_name(setup.rig.name);
+  status.set_rigd_version(setup.version);
+  status.set_epoch(state.epoch);
+  status.set_last_event(state.last_event);
+  status.set_time_us(microseconds(state.now));
+  status.set_mode(mode_of(state));
+  status.set_stop_reason(state.stopped);
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    const AxisTrack& track = state.axes[i];
+    auto& axis = *status.add_axes();
+    axis.set_name(std::string(machine::kAxisNames[i]));
+    axis.set_position_deg(degrees(track.last.position_rad));
+    axis.set_target_deg(degrees(track.target_rad));
+    axis.set_homed(track.last.homed);
+    axis.set_moving(track.last.moving);
+    axis.set_enabled(track.last.enabled);
+    axis.set_fault(track.known ? track.last.fault : "not yet read");
+    axis.set_min_deg(degrees(setup.rig.axes[i].min_rad));
+    axis.set_max_deg(degrees(setup.rig.axes[i].max_rad));
+  }
+  *status.mutable_light() = make_light_status(state.light);
+  if (state.job) {
+    for (const JobEntry& job : state.jobs) {
+      if (job.id == state.job->id) *status.mutable_job() = make_job_info(state, job);
+    }
+  }
+  return status;
+}
+
+void publish(State& state, Actions& actions, protocol::Event event) {
+  event.set_epoch(state.epoch);
+  event.set_number(++state.last_event);
+  event.set_time_us(microseconds(state.now));
+  actions.push_back(Publish{std::move(event)});
+}
+
+void publish_job(State& state, Actions& actions, const JobEntry& job) {
+  protocol::Event event;
+  *event.mutable_job_changed()->mutable_job() = make_job_info(state, job);
+  actions.push_back(SaveJob{job});
+  publish(state, actions, std::move(event));
+}
+
+}  // namespace rig::daemon

@@ -1,0 +1,24 @@
+// State as the protocol tells it.
+#pragma once
+
+#include <string>
+
+#include "daemon/action.h"
+#include "daemon/state.h"
+#include "protocol/rig.pb.h"
+
+namespace rig::daemon {
+
+[[nodiscard]] protocol::Reply make_reply(std::uint64_t id, protocol::Outcome outcome,
+                                         const std::string& reason = {});
+[[nodiscard]] protocol::Status make_status(const Setup& setup, const State& state);
+[[nodiscard]] protocol::JobInfo make_job_info(const State& state, const JobEntry& job);
+[[nodiscard]] protocol::LightStatus make_light_status(const drivers::LightState& light);
+[[nodiscard]] protocol::Mode mode_of(const State& state);
+
+/// Numbers an event, stamps it and adds its publication.
+void publish(State& state, Actions& actions, protocol::Event event);
+/// JobChanged, and the job's line in rigd's own state.
+void publish_job(State& state, Actions& actions, const JobEntry& job);
+
+}  // namespace rig::daemon

@@ -1,0 +1,193 @@
+#include "daemon/motion.h"
+
+#include <algorithm>
+
+#include "core/base/units.h"
+#include "core/machine/motion.h"
+#include "daemon/safety.h"
+
+namespace rig::daemon {
+
+using base::degrees;
+using base::seconds;
+
+namespace {
+
+// A move may take half as long again as its profile says, and two seconds for the drive's answer.
+constexpr double kPatience = 1.5;
+constexpr double kGrace_s = 2;
+constexpr double kPollAgain_s = 0.02;
+
+void expect(State& state, double predicted_s) {
+  state.motion->poll_at = state.now + seconds(predicted_s);
+  state.motion->deadline = state.now + seconds(kPatience * predicted_s + kGrace_s);
+}
+
+void home_next(const Setup& setup, State& state, Actions& actions) {
+  Motion& motion = *state.motion;
+  const std::size_t i = motion.to_home.front();
+  const machine::AxisConfig& axis = setup.rig.axes[i];
+  motion.involved = {};
+  motion.involved[i] = true;
+  state.axes[i].target_rad = axis.home_rad;
+  actions.push_back(EnableAxis{i});
+  actions.push_back(HomeAxis{i});
+  // Where it stands is not known before it is homed: the whole travel, at the reduced speed.
+  expect(state, machine::travel_time_s(axis.max_rad - axis.min_rad, axis.jog_velocity_rad_s,
+                                       axis.max_acceleration_rad_s2));
+  motion.poll_at = state.now + seconds(kPollAgain_s);
+}
+
+// Sends the axes on a leg and predicts its end.
+void send_axes(const Setup& setup, State& state, Actions& actions, const JointAngles& to) {
+  double longest = 0;
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    if (!state.motion->involved[i]) continue;
+    const machine::AxisConfig& axis = setup.rig.axes[i];
+    const double distance = to[i] - state.axes[i].last.position_rad;
+    if (!state.axes[i].last.enabled) actions.push_back(EnableAxis{i});
+    actions.push_back(MoveAxis{i, to[i], axis.max_velocity_rad_s, axis.max_acceleration_rad_s2});
+    state.axes[i].target_rad = to[i];
+    longest = std::max(
+        longest, machine::travel_time_s(distance, axis.max_velocity_rad_s, axis.max_acceleration_rad_s2));
+  }
+  expect(state, longest);
+}
+
+std::optional<MotionEnd> end(State& state, std::string failure) {
+  MotionEnd ended{state.motion->asker, state.motion->kind, std::move(failure)};
+  state.motion.reset();
+  return ended;
+}
+
+std::string not_there(const Setup& setup, const State& state) {
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    if (!state.motion->involved[i]) continue;
+    const double off = state.axes[i].last.position_rad - state.motion->target_rad[i];
+    if (std::abs(off) > setup.rig.axes[i].tolerance_rad) {
+      return fmt::format(
+          "axis {} stands at {:.4f} deg after its move to {:.4f} deg; {:.4f} deg are tolerated",
+          machine::kAxisNames[i], degrees(state.axes[i].last.position_rad),
+          degrees(state.motion->target_rad[i]), degrees(setup.rig.axes[i].tolerance_rad));
+    }
+  }
+  return {};
+}
+
+bool any_moving(const State& state) {
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    if (state.motion->involved[i] && state.axes[i].last.moving) return true;
+  }
+  return false;
+}
+
+std::optional<MotionEnd> evaluate_homing(const Setup& setup, State& state, Actions& actions) {
+  Motion& motion = *state.motion;
+  const drivers::AxisState& axis = state.axes[motion.to_home.front()].last;
+  if (axis.moving || !axis.homed) {
+    motion.poll_at = state.now + seconds(kPollAgain_s);
+    return std::nullopt;
+  }
+  motion.to_home.erase(motion.to_home.begin());
+  if (motion.to_home.empty()) return end(state, {});
+  home_next(setup, state, actions);
+  return std::nullopt;
+}
+
+std::optional<MotionEnd> evaluate_move(const Setup& setup, State& state, Actions& actions) {
+  Motion& motion = *state.motion;
+  if (any_moving(state)) {
+    motion.poll_at = state.now + seconds(kPollAgain_s);
+    return std::nullopt;
+  }
+  switch (motion.leg) {
+    case Motion::Leg::detour:
+      motion.leg = Motion::Leg::target;
+      send_axes(setup, state, actions, motion.target_rad);
+      return std::nullopt;
+    case Motion::Leg::target: {
+      double settle = 0;
+      for (std::size_t i = 0; i < kAxisCount; ++i) {
+        if (motion.involved[i]) settle = std::max(settle, setup.rig.axes[i].settle_s);
+      }
+      motion.leg = Motion::Leg::settle;
+      expect(state, settle);
+      return std::nullopt;
+    }
+    case Motion::Leg::settle:
+      return end(state, not_there(setup, state));
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+void begin_homing(const Setup& setup, State& state, Actions& actions, std::vector<std::size_t> axes,
+                  std::optional<Asker> asker) {
+  state.motion = Motion{};
+  state.motion->kind = Motion::Kind::homing;
+  state.motion->to_home = std::move(axes);
+  state.motion->asker = std::move(asker);
+  home_next(setup, state, actions);
+}
+
+base::Result<void> begin_move(const Setup& setup, State& state, Actions& actions,
+                              const std::array<bool, kAxisCount>& involved, const JointAngles& target_rad,
+                              std::optional<Asker> asker) {
+  if (auto ok = may_move(setup, state, involved, target_rad); !ok) return ok;
+  Motion motion;
+  motion.involved = involved;
+  motion.target_rad = target_rad;
+  motion.asker = std::move(asker);
+  JointAngles first = target_rad;
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    if (!involved[i]) continue;
+    const auto legs = machine::plan_legs(setup.rig.axes[i], state.axes[i].last.position_rad, target_rad[i]);
+    if (!legs.has_detour) continue;
+    first[i] = legs.detour_rad;
+    motion.leg = Motion::Leg::detour;
+  }
+  state.motion = std::move(motion);
+  send_axes(setup, state, actions, first);
+  return {};
+}
+
+std::optional<MotionEnd> on_axis_polled(const Setup& setup, State& state, Actions& actions,
+                                        const AxisPolled& polled) {
+  AxisTrack& track = state.axes[polled.axis];
+  track.last = polled.state;
+  track.known = true;
+  if (!track.last.fault.empty() && state.stopped.empty()) {
+    stop_everything(setup, state, actions,
+                    fmt::format("axis {}: {}", machine::kAxisNames[polled.axis], track.last.fault));
+    return std::nullopt;
+  }
+  if (!state.motion || !state.motion->awaited[polled.axis]) return std::nullopt;
+  Motion& motion = *state.motion;
+  motion.awaited[polled.axis] = false;
+  if (std::find(motion.awaited.begin(), motion.awaited.end(), true) != motion.awaited.end())
+    return std::nullopt;
+  auto ended = motion.kind == Motion::Kind::homing ? evaluate_homing(setup, state, actions)
+                                                   : evaluate_move(setup, state, actions);
+  if (!ended && state.motion && state.now > state.motion->deadline) {
+    std::string late;
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+      if (state.motion->involved[i]) late += fmt::format(" {}", machine::kAxisNames[i]);
+    }
+    stop_everything(setup, state, actions, fmt::format("the motion of{} did not end in time", late));
+  }
+  return ended;
+}
+
+void poll_motion(State& state, Actions& actions) {
+  if (!state.motion || state.now < state.motion->poll_at) return;
+  Motion& motion = *state.motion;
+  if (std::find(motion.awaited.begin(), motion.awaited.end(), true) != motion.awaited.end()) return;
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    if (!motion.involved[i]) continue;
+    motion.awaited[i] = true;
+    actions.push_back(PollAxis{i});
+  }
+}
+
+}  // namespace rig::daemon

@@ -1,0 +1,37 @@
+// Homing and coordinated moves: legs, predicted ends, proof of arrival.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/base/result.h"
+#include "daemon/action.h"
+#include "daemon/state.h"
+
+namespace rig::daemon {
+
+/// Starts to home these axes one after the other.
+void begin_homing(const Setup& setup, State& state, Actions& actions, std::vector<std::size_t> axes,
+                  std::optional<Asker> asker);
+
+/// Starts a coordinated move after may_move allowed it; an Error, and nothing started, where it did not.
+[[nodiscard]] base::Result<void> begin_move(const Setup& setup, State& state, Actions& actions,
+                                            const std::array<bool, kAxisCount>& involved,
+                                            const JointAngles& target_rad, std::optional<Asker> asker);
+
+/// What became of a motion.
+struct MotionEnd {
+  std::optional<Asker> asker;
+  Motion::Kind kind = Motion::Kind::move;
+  std::string failure;  ///< empty: arrived, and proven so
+};
+
+/// Takes in a reading. Returns the end of the motion if this reading ended it; stops everything on a fault
+/// and when a deadline has passed.
+[[nodiscard]] std::optional<MotionEnd> on_axis_polled(const Setup& setup, State& state, Actions& actions,
+                                                      const AxisPolled& polled);
+
+/// Asks for readings when they are due.
+void poll_motion(State& state, Actions& actions);
+
+}  // namespace rig::daemon

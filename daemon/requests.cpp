@@ -1,0 +1,236 @@
+#include "daemon/requests.h"
+
+#include <algorithm>
+
+#include "core/base/units.h"
+#include "daemon/job.h"
+#include "daemon/messages.h"
+#include "daemon/motion.h"
+#include "daemon/safety.h"
+
+namespace rig::daemon {
+
+using base::Result;
+using protocol::Request;
+
+namespace {
+
+constexpr double kFramePatience_s = 10;
+
+// Looking and stopping are for everyone.
+bool needs_operator(const Request& request) {
+  switch (request.command_case()) {
+    case Request::kGetStatus:
+    case Request::kSubscribe:
+    case Request::kUnsubscribe:
+    case Request::kStop:
+    case Request::kListJobs:
+    case Request::kShowJob:
+      return false;
+    default:
+      return true;
+  }
+}
+
+std::string why_busy(const State& state) {
+  if (state.ending) return "rigd is ending";
+  if (!state.stopped.empty())
+    return fmt::format("the rig is stopped: {}; clear the stop first", state.stopped);
+  if (state.job) return "a job is running; abort it first";
+  if (state.motion) return "the rig is moving";
+  if (state.snap) return "the camera is exposing";
+  return {};
+}
+
+std::optional<std::size_t> axis_named(const std::string& name) {
+  const auto found = std::find(machine::kAxisNames.begin(), machine::kAxisNames.end(), name);
+  if (found == machine::kAxisNames.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - machine::kAxisNames.begin());
+}
+
+// One request at work: what it needs, and its answer.
+struct Work {
+  const Setup& setup;
+  State& state;
+  Actions& actions;
+  Asker asker;
+
+  void answer(protocol::Outcome outcome, const std::string& reason = {}) const {
+    actions.push_back(SendReply{asker.client, make_reply(asker.id, outcome, reason)});
+  }
+  void answer(protocol::Reply reply) const { actions.push_back(SendReply{asker.client, std::move(reply)}); }
+  void refuse(const std::string& reason) const { answer(protocol::REFUSED, reason); }
+};
+
+void get_status(const Work& w) {
+  auto reply = make_reply(w.asker.id, protocol::DONE);
+  *reply.mutable_status() = make_status(w.setup, w.state);
+  w.answer(std::move(reply));
+}
+
+void home(const Work& w, const protocol::Home& command) {
+  if (const auto busy = why_busy(w.state); !busy.empty()) return w.refuse(busy);
+  if (w.state.emergency_stop) return w.refuse("the emergency stop is active");
+  std::vector<std::size_t> axes;
+  for (const std::string& name : command.axes()) {
+    const auto axis = axis_named(name);
+    if (!axis) return w.refuse(fmt::format("there is no axis '{}'", name));
+    axes.push_back(*axis);
+  }
+  if (axes.empty()) axes.assign(w.setup.rig.home_order.begin(), w.setup.rig.home_order.end());
+  begin_homing(w.setup, w.state, w.actions, std::move(axes), w.asker);
+}
+
+void move(const Work& w, const protocol::Move& command) {
+  if (const auto busy = why_busy(w.state); !busy.empty()) return w.refuse(busy);
+  std::array<bool, kAxisCount> involved{};
+  JointAngles target{};
+  for (const auto& named : command.axes()) {
+    const auto axis = axis_named(named.axis());
+    if (!axis) return w.refuse(fmt::format("there is no axis '{}'", named.axis()));
+    if (involved[*axis]) return w.refuse(fmt::format("axis {} is named twice", named.axis()));
+    involved[*axis] = true;
+    target[*axis] = base::radians(named.angle_deg());
+  }
+  if (command.axes().empty()) return w.refuse("no axis is named");
+  if (auto ok = begin_move(w.setup, w.state, w.actions, involved, target, w.asker); !ok)
+    w.refuse(ok.error().text());
+}
+
+void set_light(const Work& w, const protocol::SetLight& command) {
+  if (w.state.job) return w.refuse("a job is running and needs the light");
+  const bool lights_up =
+      (command.has_shutter_open() && command.shutter_open()) || (command.has_on() && command.on());
+  if (lights_up && !w.state.stopped.empty()) return w.refuse("the rig is stopped; clear the stop first");
+  if (command.has_level() && !(command.level() >= 0 && command.level() <= 1))
+    return w.refuse("a level is 0 to 1");
+  if (command.has_level() && !w.setup.light.has_level && command.level() != 0 && command.level() != 1) {
+    return w.refuse("this light knows only 0 and 1");
+  }
+  if (command.has_shutter_open() && !w.setup.light.has_shutter) return w.refuse("this light has no shutter");
+  if (command.has_on()) w.actions.push_back(SetLightLevel{command.on() ? 1.0 : 0.0});
+  if (command.has_level()) w.actions.push_back(SetLightLevel{command.level()});
+  if (command.has_shutter_open()) w.actions.push_back(SetShutter{command.shutter_open()});
+  w.actions.push_back(PollLight{});
+  w.answer(protocol::DONE);
+}
+
+void snap(const Work& w, const protocol::Snap& command) {
+  if (const auto busy = why_busy(w.state); !busy.empty()) return w.refuse(busy);
+  const double exposure_s = command.exposure_us() * 1e-6;
+  if (!(exposure_s >= w.setup.rig.camera.min_exposure_s && exposure_s <= w.setup.rig.camera.max_exposure_s)) {
+    return w.refuse(fmt::format("the camera exposes for {:.0f} to {:.0f} us",
+                                w.setup.rig.camera.min_exposure_s * 1e6,
+                                w.setup.rig.camera.max_exposure_s * 1e6));
+  }
+  w.state.snap = Snap{w.asker, command.full()};
+  PendingFrame frame;
+  frame.exposure_s = exposure_s;
+  frame.exposed = w.state.now + base::seconds(exposure_s);
+  frame.fetch_at = frame.exposed + base::seconds(w.setup.camera.readout_s);
+  frame.deadline = frame.fetch_at + base::seconds(kFramePatience_s);
+  w.state.frame = frame;
+  w.actions.push_back(ArmCamera{});
+  w.actions.push_back(TriggerCamera{exposure_s});
+}
+
+void submit_job(const Work& w, const protocol::SubmitJob& command) {
+  if (w.state.ending) return w.refuse("rigd is ending");
+  if (command.scan_folder().empty() || command.scan_folder()[0] != '/') {
+    return w.refuse("the scan folder must be an absolute path");
+  }
+  const auto job = machine::parse_job_config(command.job_toml(), command.job_name());
+  if (!job) return w.refuse(job.error().text());
+  if (auto ok = machine::check_job(w.setup.rig, *job); !ok) return w.refuse(ok.error().text());
+  w.actions.push_back(CreateJob{w.asker, command});
+}
+
+void list_jobs(const Work& w) {
+  auto reply = make_reply(w.asker.id, protocol::DONE);
+  auto& list = *reply.mutable_jobs();
+  for (const JobEntry& job : w.state.jobs) *list.add_jobs() = make_job_info(w.state, job);
+  w.answer(std::move(reply));
+}
+
+void show_job(const Work& w, std::uint64_t id) {
+  for (const JobEntry& job : w.state.jobs) {
+    if (job.id != id) continue;
+    auto reply = make_reply(w.asker.id, protocol::DONE);
+    *reply.mutable_job() = make_job_info(w.state, job);
+    return w.answer(std::move(reply));
+  }
+  w.refuse(fmt::format("there is no job {}", id));
+}
+
+void abort_job(const Work& w, std::uint64_t id) {
+  for (const JobEntry& job : w.state.jobs) {
+    if (job.id != id) continue;
+    if (job.state != JobEntry::State::queued && job.state != JobEntry::State::active) {
+      return w.refuse(fmt::format("job {} has ended", id));
+    }
+    end_job(w.setup, w.state, w.actions, id, JobEntry::State::aborted, "aborted by an operator");
+    return w.answer(protocol::DONE);
+  }
+  w.refuse(fmt::format("there is no job {}", id));
+}
+
+}  // namespace
+
+void on_request(const Setup& setup, State& state, Actions& actions, const RequestReceived& received) {
+  const Request& request = received.request;
+  const Work w{setup, state, actions, {received.client, request.id()}};
+  if (received.role == protocol::Role::observer && needs_operator(request)) {
+    return w.refuse("this connection may look and stop, not command");
+  }
+  switch (request.command_case()) {
+    case Request::kGetStatus:
+      return get_status(w);
+    case Request::kSubscribe:
+      actions.push_back(SubscribeClient{w.asker, request.subscribe().epoch(), request.subscribe().after(),
+                                        request.subscribe().previews()});
+      return;
+    case Request::kUnsubscribe:
+      actions.push_back(UnsubscribeClient{w.asker.client});
+      return w.answer(protocol::DONE);
+    case Request::kHome:
+      return home(w, request.home());
+    case Request::kMove:
+      return move(w, request.move());
+    case Request::kStop:
+      stop_everything(setup, state, actions,
+                      request.stop().reason().empty() ? "asked by a client" : request.stop().reason());
+      return w.answer(protocol::DONE);
+    case Request::kClearStop:
+      if (auto ok = clear_stop(state, actions); !ok) return w.refuse(ok.error().text());
+      return w.answer(protocol::DONE);
+    case Request::kSetLight:
+      return set_light(w, request.set_light());
+    case Request::kSnap:
+      return snap(w, request.snap());
+    case Request::kSubmitJob:
+      return submit_job(w, request.submit_job());
+    case Request::kListJobs:
+      return list_jobs(w);
+    case Request::kShowJob:
+      return show_job(w, request.show_job().job());
+    case Request::kAbortJob:
+      return abort_job(w, request.abort_job().job());
+    case Request::COMMAND_NOT_SET:
+      return w.refuse("the request has no command that is known here");
+  }
+}
+
+void on_job_created(State& state, Actions& actions, const JobCreated& created) {
+  if (!created.entry) {
+    actions.push_back(SendReply{
+        created.asker.client, make_reply(created.asker.id, protocol::FAILED, created.entry.error().text())});
+    return;
+  }
+  state.jobs.push_back(*created.entry);
+  auto reply = make_reply(created.asker.id, protocol::DONE);
+  *reply.mutable_job() = make_job_info(state, *created.entry);
+  actions.push_back(SendReply{created.asker.client, std::move(reply)});
+  publish_job(state, actions, *created.entry);
+}
+
+}  // namespace rig::daemon

@@ -1,0 +1,89 @@
+#include "daemon/safety.h"
+
+#include "core/machine/limits.h"
+#include "daemon/messages.h"
+
+namespace rig::daemon {
+
+using base::ErrorCode;
+using base::fail;
+using base::Result;
+
+Result<void> may_move(const Setup& setup, const State& state, const std::array<bool, kAxisCount>& involved,
+                      const JointAngles& target_rad) {
+  if (!state.stopped.empty()) {
+    return fail(ErrorCode::refused, fmt::format("the rig is stopped: {}", state.stopped), {},
+                "clear the stop first");
+  }
+  if (state.emergency_stop) return fail(ErrorCode::refused, "the emergency stop is active");
+  JointAngles from{};
+  JointAngles to{};
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    const AxisTrack& axis = state.axes[i];
+    // Also those that stay: without a proven position nothing is known about distances.
+    if (!axis.known || !axis.last.homed) {
+      return fail(ErrorCode::refused, fmt::format("axis {} is not homed", machine::kAxisNames[i]), {},
+                  "home it first");
+    }
+    if (!axis.last.fault.empty()) {
+      return fail(ErrorCode::refused,
+                  fmt::format("axis {} has a fault: {}", machine::kAxisNames[i], axis.last.fault));
+    }
+    from[i] = axis.last.position_rad;
+    to[i] = involved[i] ? target_rad[i] : axis.last.position_rad;
+    if (involved[i]) {
+      if (auto ok = machine::check_axis_limit(setup.rig, static_cast<machine::AxisId>(i), to[i]); !ok)
+        return ok;
+    }
+  }
+  return machine::check_move(setup.rig, from, to);
+}
+
+void stop_everything(const Setup& setup, State& state, Actions& actions, const std::string& reason) {
+  for (std::size_t i = 0; i < kAxisCount; ++i) actions.push_back(StopAxis{i});
+  if (setup.light.has_shutter) {
+    actions.push_back(SetShutter{false});
+  } else {
+    actions.push_back(SetLightLevel{0});
+  }
+  actions.push_back(AbortCamera{});
+  state.frame.reset();
+  if (state.motion && state.motion->asker) {
+    actions.push_back(SendReply{state.motion->asker->client,
+                                make_reply(state.motion->asker->id, protocol::FAILED, "stopped: " + reason)});
+  }
+  if (state.snap) {
+    actions.push_back(SendReply{state.snap->asker.client,
+                                make_reply(state.snap->asker.id, protocol::FAILED, "stopped: " + reason)});
+  }
+  state.motion.reset();
+  state.snap.reset();
+  if (state.job) {
+    // A pose that was complete and on its way to the journal stays there; the rest is taken again after the
+    // stop.
+    for (const auto& take : {state.job->current, state.job->storing}) {
+      if (take && !take->committing) actions.push_back(DiscardBracket{take->row});
+    }
+    state.job.reset();
+  }
+  if (!state.stopped.empty()) return;
+  state.stopped = reason;
+  actions.push_back(SaveStop{reason});
+  protocol::Event event;
+  event.mutable_stop_latched()->set_reason(reason);
+  publish(state, actions, std::move(event));
+}
+
+Result<void> clear_stop(State& state, Actions& actions) {
+  if (state.stopped.empty()) return fail(ErrorCode::refused, "no stop is latched");
+  if (state.emergency_stop)
+    return fail(ErrorCode::refused, "the emergency stop is still active", {}, "release it first");
+  state.stopped.clear();
+  actions.push_back(SaveStop{});
+  protocol::Event event;
+  event.mutable_stop_cleared();
+  publish(state, actions, std::move(event));
+  return {};
+}
+
+}  // namespace rig::daemon

@@ -1,0 +1,135 @@
+// Everything that rigd knows and decides on. A value: step() makes a new one from it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/clock.h"
+#include "core/machine/job_config.h"
+#include "core/machine/rig_config.h"
+#include "core/scan/journal.h"
+#include "drivers/api/device.h"
+#include "protocol/server.h"
+
+namespace rig::daemon {
+
+using base::Time;
+using machine::JointAngles;
+using machine::kAxisCount;
+
+/// What does not change while rigd runs.
+struct Setup {
+  machine::RigConfig rig;
+  drivers::CameraCapabilities camera;
+  drivers::LightCapabilities light;
+  std::string version;
+};
+
+/// A client's request that is still to be answered.
+struct Asker {
+  protocol::ClientId client;
+  std::uint64_t id = 0;
+};
+
+/// One axis as last read.
+struct AxisTrack {
+  drivers::AxisState last;
+  bool known = false;
+  double target_rad = 0;
+};
+
+/// A movement under way: axes homing one after the other, or axes moving together to their targets.
+struct Motion {
+  enum class Kind { homing, move };
+  enum class Leg { detour, target, settle };
+  Kind kind = Kind::move;
+  Leg leg = Leg::target;
+  std::array<bool, kAxisCount> involved{};
+  JointAngles target_rad{};
+  std::vector<std::size_t> to_home;        ///< the first is homing now
+  Time poll_at{};                          ///< when to look next
+  Time deadline{};                         ///< a fault after it
+  std::array<bool, kAxisCount> awaited{};  ///< answers of the present poll that are still to come
+  std::optional<Asker> asker;              ///< whom to tell; a job's motion has none
+};
+
+/// One pose of the plan being taken: moved to, exposed, stored.
+struct PoseTake {
+  std::int64_t row = 0;
+  int attempt = 1;
+  JointAngles target_rad{};
+  JointAngles readback_rad{};
+  Time arrived{};
+  std::vector<scan::FrameRecord> frames;  ///< those fetched; stored where sha256 is not empty
+  std::size_t triggered = 0;
+  bool complete = false;  ///< no further exposure follows
+  bool committing = false;
+};
+
+/// The exposure that the camera is making or reading out.
+struct PendingFrame {
+  std::int64_t row = -1;  ///< -1: a snap
+  int index = 0;
+  double exposure_s = 0;
+  Time exposed{};  ///< end of the exposure
+  Time fetch_at{};
+  Time deadline{};
+  bool fetching = false;
+};
+
+struct JobEntry {
+  enum class State { queued, active, complete, aborted, failed };
+  std::uint64_t id = 0;
+  std::string name, sample, scan_folder;
+  State state = State::queued;
+  std::int64_t poses = 0, done = 0, abandoned = 0, retries = 0;
+  std::string reason;
+};
+
+/// The job that is being carried out. Its plan stays in the journal; here are the rows that are still to be
+/// taken.
+struct ActiveJob {
+  enum class Phase { opening, homing, warming, running };
+  std::uint64_t id = 0;
+  Phase phase = Phase::opening;
+  std::shared_ptr<const machine::JobConfig> config;
+  std::deque<scan::PlanRow> rows;   ///< in the order in which they are taken
+  std::optional<PoseTake> current;  ///< moving or exposing
+  std::optional<PoseTake> storing;  ///< exposed, not yet committed
+  Time not_before{};                ///< the next pose waits until then: a retry's delay
+  double seconds_per_pose = 0;      ///< smoothed, rig time
+  Time last_commit{};
+};
+
+struct Snap {
+  Asker asker;
+  bool full = false;
+};
+
+struct State {
+  Time now{};
+  std::uint64_t epoch = 1;
+  std::uint64_t last_event = 0;
+  std::array<AxisTrack, kAxisCount> axes;
+  drivers::LightState light;
+  bool light_known = false;
+  bool emergency_stop = false;
+  std::string stopped;  ///< why the stop is latched; empty: it is not
+  bool ending = false;  ///< asked to end; nothing new begins
+
+  std::optional<Motion> motion;
+  std::optional<PendingFrame> frame;
+  std::optional<Snap> snap;
+  std::vector<JobEntry> jobs;
+  std::optional<ActiveJob> job;
+
+  Time look_at{};  ///< next regular look at lines, light and axes
+  bool looking = false;
+};
+
+}  // namespace rig::daemon

@@ -1,0 +1,107 @@
+#include "daemon/state_db.h"
+
+#include <algorithm>
+
+namespace rig::daemon {
+
+using base::pass;
+using base::Result;
+using scan::Database;
+
+namespace {
+
+constexpr int kStateVersion = 1;
+constexpr const char* kSchema = R"sql(
+CREATE TABLE jobs(id INTEGER PRIMARY KEY, name TEXT NOT NULL, sample TEXT NOT NULL, scan_folder TEXT NOT NULL,
+  state INTEGER NOT NULL, poses INTEGER NOT NULL, done INTEGER NOT NULL, abandoned INTEGER NOT NULL,
+  retries INTEGER NOT NULL, reason TEXT NOT NULL) STRICT;
+CREATE TABLE facts(key TEXT PRIMARY KEY, value TEXT NOT NULL) STRICT;
+)sql";
+
+}  // namespace
+
+Result<StateDb> StateDb::open(const std::filesystem::path& folder) {
+  const auto path = folder / "state.sqlite";
+  const bool exists = std::filesystem::exists(path);
+  auto database =
+      Database::open(path, exists ? Database::Mode::write : Database::Mode::create, kStateVersion);
+  if (!database) return pass(database);
+  if (!exists) {
+    auto made = database->transaction([&] { return database->execute(kSchema); });
+    if (!made) return pass(made);
+  }
+  return StateDb(std::move(*database));
+}
+
+Result<std::uint64_t> StateDb::begin_epoch() {
+  auto read = database_.prepare("SELECT value FROM facts WHERE key = 'epoch'");
+  if (!read) return pass(read);
+  auto row = read->step();
+  if (!row) return pass(row);
+  const std::int64_t epoch = (*row ? read->integer(0) : 0) + 1;
+  auto write = database_.prepare("INSERT OR REPLACE INTO facts VALUES('epoch', ?)");
+  if (!write) return pass(write);
+  if (auto done = write->bind(1, std::string_view(std::to_string(epoch))).run(); !done) return pass(done);
+  return static_cast<std::uint64_t>(epoch);
+}
+
+Result<std::vector<JobEntry>> StateDb::jobs() const {
+  auto query = database_.prepare(
+      "SELECT id, name, sample, scan_folder, state, poses, done, abandoned, retries, reason FROM jobs ORDER "
+      "BY id");
+  if (!query) return pass(query);
+  std::vector<JobEntry> jobs;
+  while (true) {
+    auto row = query->step();
+    if (!row) return pass(row);
+    if (!*row) return jobs;
+    JobEntry job;
+    job.id = static_cast<std::uint64_t>(query->integer(0));
+    job.name = query->text(1);
+    job.sample = query->text(2);
+    job.scan_folder = query->text(3);
+    job.state = static_cast<JobEntry::State>(std::clamp<std::int64_t>(query->integer(4), 0, 4));
+    job.poses = query->integer(5);
+    job.done = query->integer(6);
+    job.abandoned = query->integer(7);
+    job.retries = query->integer(8);
+    job.reason = query->text(9);
+    jobs.push_back(std::move(job));
+  }
+}
+
+Result<std::uint64_t> StateDb::next_job_id() const {
+  auto query = database_.prepare("SELECT coalesce(max(id), 0) + 1 FROM jobs");
+  if (!query) return pass(query);
+  if (auto row = query->step(); !row) return pass(row);
+  return static_cast<std::uint64_t>(query->integer(0));
+}
+
+Result<void> StateDb::save_job(const JobEntry& job) {
+  auto write = database_.prepare("INSERT OR REPLACE INTO jobs VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  if (!write) return pass(write);
+  write->bind(1, static_cast<std::int64_t>(job.id)).bind(2, std::string_view(job.name));
+  write->bind(3, std::string_view(job.sample)).bind(4, std::string_view(job.scan_folder));
+  write->bind(5, static_cast<std::int64_t>(job.state))
+      .bind(6, job.poses)
+      .bind(7, job.done)
+      .bind(8, job.abandoned);
+  write->bind(9, job.retries).bind(10, std::string_view(job.reason));
+  return write->run();
+}
+
+Result<std::string> StateDb::stopped() const {
+  auto read = database_.prepare("SELECT value FROM facts WHERE key = 'stopped'");
+  if (!read) return pass(read);
+  auto row = read->step();
+  if (!row) return pass(row);
+  return *row ? read->text(0) : std::string();
+}
+
+Result<void> StateDb::save_stopped(const std::string& reason) {
+  auto write = database_.prepare("INSERT OR REPLACE INTO facts VALUES('stopped', ?)");
+  if (!write) return pass(write);
+  return write->bind(1, std::string_view(reason)).run();
+}
+
+}  // namespace rig::daemon

@@ -1,0 +1,32 @@
+// What rigd itself remembers, /var/lib/rigd/state.sqlite: the queue, the latched stop, the epoch. Written
+// before the answer.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/scan/sqlite.h"
+#include "daemon/state.h"
+
+namespace rig::daemon {
+
+class StateDb {
+ public:
+  [[nodiscard]] static base::Result<StateDb> open(const std::filesystem::path& folder);
+
+  /// The number of this start of rigd: one more than the last.
+  [[nodiscard]] base::Result<std::uint64_t> begin_epoch();
+  [[nodiscard]] base::Result<std::vector<JobEntry>> jobs() const;
+  [[nodiscard]] base::Result<std::uint64_t> next_job_id() const;
+  [[nodiscard]] base::Result<void> save_job(const JobEntry& job);
+  [[nodiscard]] base::Result<std::string> stopped() const;
+  [[nodiscard]] base::Result<void> save_stopped(const std::string& reason);
+
+ private:
+  explicit StateDb(scan::Database database) : database_(std::move(database)) {}
+  scan::Database database_;
+};
+
+}  // namespace rig::daemon

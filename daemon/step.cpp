@@ -1,0 +1,190 @@
+#include "daemon/step.h"
+
+#include <algorithm>
+
+#include "daemon/job.h"
+#include "daemon/messages.h"
+#include "daemon/motion.h"
+#include "daemon/requests.h"
+#include "daemon/safety.h"
+
+namespace rig::daemon {
+
+using base::seconds;
+
+namespace {
+
+constexpr double kLookEvery_s = 0.5;  // at the lines, the light and resting axes
+constexpr double kFetchAgain_s = 0.005;
+
+// One handler a kind of event.
+struct Handler {
+  const Setup& setup;
+  State& state;
+  Actions& actions;
+
+  void operator()(const Tick& /*event*/) const {}
+
+  void operator()(const RequestReceived& event) const { on_request(setup, state, actions, event); }
+
+  void operator()(const AxisPolled& event) const {
+    const auto end = on_axis_polled(setup, state, actions, event);
+    if (!end) return;
+    if (end->asker) {
+      const bool arrived = end->failure.empty();
+      actions.push_back(
+          SendReply{end->asker->client,
+                    make_reply(end->asker->id, arrived ? protocol::DONE : protocol::FAILED, end->failure)});
+    } else {
+      on_job_motion_end(setup, state, actions, *end);
+    }
+  }
+
+  void operator()(const LightPolled& event) const {
+    const drivers::LightState& before = state.light;
+    const bool changed = !state.light_known || before.on != event.state.on ||
+                         before.level != event.state.level ||
+                         before.shutter_open != event.state.shutter_open || before.warm != event.state.warm;
+    state.light = event.state;
+    state.light_known = true;
+    if (!event.state.fault.empty() && state.stopped.empty()) {
+      stop_everything(setup, state, actions, "the light: " + event.state.fault);
+    }
+    if (!changed) return;
+    protocol::Event told;
+    *told.mutable_light_changed()->mutable_light() = make_light_status(event.state);
+    publish(state, actions, std::move(told));
+  }
+
+  void operator()(const LinesRead& event) const {
+    state.emergency_stop = event.emergency_stop;
+    if (event.emergency_stop && state.stopped.empty())
+      stop_everything(setup, state, actions, "emergency stop");
+  }
+
+  void operator()(const DeviceFailed& event) const {
+    if (state.stopped.empty()) {
+      stop_everything(setup, state, actions, event.what);
+      return;
+    }
+    protocol::Event alarm;
+    alarm.mutable_alarm()->set_text(event.what);
+    publish(state, actions, std::move(alarm));
+  }
+
+  void operator()(const FrameNotReady& /*event*/) const {
+    if (!state.frame) return;
+    state.frame->fetching = false;
+    state.frame->fetch_at = state.now + seconds(kFetchAgain_s);
+    if (state.now > state.frame->deadline)
+      stop_everything(setup, state, actions, "the camera delivers no frame");
+  }
+
+  void operator()(const FrameFetched& event) const {
+    if (!state.frame) {
+      actions.push_back(ReleaseFrame{event.slot});  // of something that was stopped
+      return;
+    }
+    const PendingFrame pending = *state.frame;
+    state.frame.reset();
+    if (pending.row < 0 && state.snap) {
+      actions.push_back(
+          ReplyWithFrame{state.snap->asker, event.slot, event.info, event.saturated_share, state.snap->full});
+      state.snap.reset();
+    } else if (pending.row >= 0 && state.job) {
+      on_job_frame(state, actions, pending, event);
+    } else {
+      actions.push_back(ReleaseFrame{event.slot});
+    }
+  }
+
+  void operator()(const FrameStored& event) const { on_frame_stored(state, event); }
+  void operator()(const PoseCommitted& event) const { on_pose_committed(setup, state, actions, event); }
+  void operator()(const JobCreated& event) const { on_job_created(state, actions, event); }
+  void operator()(const JobOpened& event) const { on_job_opened(state, actions, event); }
+
+  // The job stays active: once its cause is mended and the stop is cleared, it goes on.
+  void operator()(const StorageFailed& event) const {
+    stop_everything(setup, state, actions, "the scan's disk: " + event.what);
+  }
+
+  void operator()(const EndRequested& /*event*/) const {
+    if (state.ending) return;
+    state.ending = true;
+    for (std::size_t i = 0; i < kAxisCount; ++i) actions.push_back(StopAxis{i});
+    if (setup.light.has_shutter) actions.push_back(SetShutter{false});
+    actions.push_back(AbortCamera{});
+    state.motion.reset();
+    state.frame.reset();
+    state.snap.reset();
+    state.job.reset();
+  }
+};
+
+void look_around(const Setup& setup, State& state, Actions& actions) {
+  if (state.now < state.look_at) return;
+  state.look_at = state.now + seconds(kLookEvery_s);
+  if (setup.rig.emergency_stop) actions.push_back(ReadLines{});
+  actions.push_back(PollLight{});
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    if (!state.motion || !state.motion->involved[i]) actions.push_back(PollAxis{i});
+  }
+}
+
+void fetch_frame(State& state, Actions& actions) {
+  if (!state.frame || state.frame->fetching || state.now < state.frame->fetch_at) return;
+  state.frame->fetching = true;
+  JointAngles angles{};
+  for (std::size_t i = 0; i < kAxisCount; ++i) angles[i] = state.axes[i].last.position_rad;
+  // The rig may be on its way to the next pose already; the frame shows where it stood.
+  if (state.job && state.frame->row >= 0) {
+    for (const auto& take : {state.job->current, state.job->storing}) {
+      if (take && take->row == state.frame->row) angles = take->target_rad;
+    }
+  }
+  actions.push_back(FetchFrame{angles});
+}
+
+}  // namespace
+
+Step step(const Setup& setup, State state, const Event& event) {
+  Step out{std::move(state), {}};
+  out.state.now = std::max(out.state.now, event.time);
+  const auto mode = mode_of(out.state);
+  std::visit(Handler{setup, out.state, out.actions}, event.what);
+  advance_job(setup, out.state, out.actions);
+  poll_motion(out.state, out.actions);
+  fetch_frame(out.state, out.actions);
+  look_around(setup, out.state, out.actions);
+  if (const auto now = mode_of(out.state); now != mode) {
+    protocol::Event changed;
+    changed.mutable_mode_changed()->set_mode(now);
+    publish(out.state, out.actions, std::move(changed));
+  }
+  return out;
+}
+
+std::optional<Wake> next_wake(const State& state) {
+  Wake wake{state.look_at, base::WaitFor::person};
+  const auto consider = [&wake](Time at) {
+    wake.kind = base::WaitFor::rig;
+    wake.at = std::min(wake.at, at);
+  };
+  if (state.motion) {
+    bool awaited = false;
+    for (const bool a : state.motion->awaited) awaited = awaited || a;
+    if (!awaited) consider(state.motion->poll_at);
+  }
+  if (state.frame) {
+    if (state.now < state.frame->exposed) consider(state.frame->exposed);
+    if (!state.frame->fetching) consider(state.frame->fetch_at);
+  }
+  if (state.job) {
+    if (state.job->not_before > state.now) consider(state.job->not_before);
+    // A lamp that warms up is waited for at the rig's pace, look by look.
+    if (state.job->phase != ActiveJob::Phase::running) wake.kind = base::WaitFor::rig;
+  }
+  return wake;
+}
+
+}  // namespace rig::daemon

@@ -1,0 +1,55 @@
+// The thread that owns the disk: frames, journals, rigd's own state. Its errors become events.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "core/base/clock.h"
+#include "core/scan/journal.h"
+#include "daemon/action.h"
+#include "daemon/frame_pool.h"
+#include "daemon/state_db.h"
+
+namespace rig::daemon {
+
+class Storage {
+ public:
+  using Report = std::function<void(What)>;
+
+  /// `rig_toml` is the text of the file rigd runs on, copied into every scan.
+  Storage(base::Clock& clock, const machine::CameraConfig& camera, std::string rig_toml, StateDb db,
+          FramePool& pool, Report report);
+  /// Carries out what is queued, then ends.
+  ~Storage();
+  Storage(const Storage&) = delete;
+  Storage& operator=(const Storage&) = delete;
+
+  /// One of CreateJob, OpenJob, SaveJob, StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, or
+  /// an action to be passed on once all that was queued before it is on the disk.
+  void queue(Action action);
+
+ private:
+  void run();
+  void carry_out(const Action& action);
+  void create_job(const CreateJob& action);
+  void open_job(const OpenJob& action);
+  void store_frame(const StoreFrame& action);
+  void commit_pose(const CommitPose& action);
+  void check(const base::Result<void>& result);
+
+  base::Clock& clock_;
+  const machine::CameraConfig camera_;
+  const std::string rig_toml_;
+  StateDb db_;
+  FramePool& pool_;
+  Report report_;
+  std::filesystem::path scan_;
+  std::optional<scan::Journal> journal_;
+  base::Mailbox<std::optional<Action>> mailbox_;
+  std::thread thread_;
+};
+
+}  // namespace rig::daemon
