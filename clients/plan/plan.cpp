@@ -116,6 +116,9 @@ std::string summary(const PlanRequest& request, const Plan& plan) {
 base::Result<void> write_plan(const std::string& path, bool replace, const PlanRequest& request,
                               const Plan& plan) {
   std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    return base::fail(base::ErrorCode::bad_input, "is a folder", path, "name a file for the job");
+  }
   if (!replace && std::filesystem::exists(path, error)) {
     return base::fail(base::ErrorCode::refused, "exists already", path, "--force replaces it");
   }
