@@ -97,6 +97,7 @@ int report(const rig::base::Error& error) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(bugprone-exception-escape): what is thrown here is a bug and shall end the program as one.
 int main(int argc, char** argv) {
   CLI::App app{"Chooses poses so that no two look alike to an isotropic material, and writes them as a job"};
   app.name("rig-plan");

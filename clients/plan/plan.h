@@ -40,7 +40,8 @@ struct Plan {
 /// What a person wants to know of a plan: number, angle, time, how the polar angles are spread; a few lines.
 [[nodiscard]] std::string summary(const PlanRequest& request, const Plan& plan);
 
-/// Refuses to replace a file that exists, unless told to, and a folder always; writes the job with its summary as a comment.
+/// Refuses to replace a file that exists, unless told to, and a folder always; writes the job with its
+/// summary as a comment.
 [[nodiscard]] base::Result<void> write_plan(const std::string& path, bool replace, const PlanRequest& request,
                                             const Plan& plan);
 

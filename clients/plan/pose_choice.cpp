@@ -45,9 +45,10 @@ std::vector<double> stations(const machine::AxisConfig& axis, double step_rad) {
 
 base::Result<void> check(const ChoiceOptions& o) {
   // Each test is written so that NaN fails it.
-  if (!(o.apart_rad >= base::radians(0.5) && o.apart_rad <= base::radians(90))) {
+  // Below 2 degrees a scan has more than 20 000 poses.
+  if (!(o.apart_rad >= base::radians(2) && o.apart_rad <= base::radians(90))) {
     return fail(ErrorCode::bad_input,
-                fmt::format("an angle of {:.3f} deg between poses is outside 0.5 to 90 deg",
+                fmt::format("an angle of {:.3f} deg between poses is outside 2 to 90 deg",
                             base::degrees(o.apart_rad)));
   }
   if (!(o.step_rad >= base::radians(0.05) && o.step_rad <= o.apart_rad)) {

@@ -14,7 +14,7 @@
 namespace rig::plan {
 
 struct ChoiceOptions {
-  double apart_rad = 0;         ///< theta_d: least pair_distance between two poses
+  double apart_rad = 0;         ///< theta_d: least pair_distance between two poses, 2 to 90 degrees
   double step_rad = 0;          ///< of the walk through the angles of tilt, pan and arm
   double max_incident_rad = 0;  ///< steeper light is rejected
   double max_exitant_rad = 0;   ///< steeper view is rejected

@@ -54,7 +54,6 @@ struct Box {
 };
 
 constexpr auto kRoll = static_cast<std::size_t>(AxisId::roll);
-constexpr auto kTilt = static_cast<std::size_t>(AxisId::tilt);
 constexpr auto kPan = static_cast<std::size_t>(AxisId::pan);
 constexpr auto kArm = static_cast<std::size_t>(AxisId::arm);
 
