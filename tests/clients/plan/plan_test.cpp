@@ -106,10 +106,12 @@ double brute_force(const DirectionPair& a, const DirectionPair& b) {
       for (int k = 0; k < 3600; ++k) {
         if (squared(radians(0.1 * k)) < squared(best)) best = radians(0.1 * k);
       }
-      for (double step = radians(0.05); step > 1e-9; step *= 0.5) {
+      double step = radians(0.05);
+      while (step > 1e-9) {
         for (const double psi : {best - step, best + step}) {
           if (squared(psi) < squared(best)) best = psi;
         }
+        step *= 0.5;
       }
       least = std::min(least, squared(best));
     }

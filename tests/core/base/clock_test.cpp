@@ -48,6 +48,8 @@ TEST(DiscreteEventClock, WakesMembersInTheOrderOfTheirDeadlines) {
   std::vector<std::thread> threads;
   // All are members before the first starts, so that no time passes between.
   std::vector<ClockMember> members;
+  members.reserve(6);
+  threads.reserve(6);
   for (int i = 0; i < 6; ++i) members.emplace_back(*clock);
   for (int i = 0; i < 6; ++i) {
     threads.emplace_back([&, i, member = std::move(members[static_cast<std::size_t>(i)])] {
@@ -161,6 +163,7 @@ TEST(Mailbox, HandsOverFromManyThreadsInOrder) {
   constexpr int kItems = 2000;
   ClockMember here(*clock);
   std::vector<std::thread> producers;
+  producers.reserve(kProducers);
   for (int p = 0; p < kProducers; ++p) {
     producers.emplace_back([&, p, member = ClockMember(*clock)] {
       for (int n = 0; n < kItems; ++n) mailbox.push({p, n});

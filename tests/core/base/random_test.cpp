@@ -49,8 +49,8 @@ TEST(Random, UniformHasItsMeanVarianceAndFlatHistogram) {
   EXPECT_NEAR(sum / kDraws, 0.5, 5 * std::sqrt(1.0 / 12 / kDraws));
   EXPECT_NEAR(squares / kDraws, 1.0 / 12, 5 * std::sqrt(1.0 / 180 / kDraws));
   double chi_square = 0;
-  for (const int n : counts)
-    chi_square += (n - kDraws / kBins) * (n - kDraws / kBins) / (1.0 * kDraws / kBins);
+  constexpr double kExpected = static_cast<double>(kDraws) / kBins;
+  for (const int n : counts) chi_square += (n - kExpected) * (n - kExpected) / kExpected;
   // Mean of the chi-square distribution is its 99 degrees of freedom, variance twice that.
   EXPECT_NEAR(chi_square, kBins - 1, 5 * std::sqrt(2.0 * (kBins - 1)));
 }

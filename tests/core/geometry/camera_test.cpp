@@ -51,6 +51,7 @@ TEST(Camera, ProjectsAsOpenCvDoes) {
     const RigidTransform camera_from_world{rotation_from_axis_angle(axis_angle),
                                            {random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05), 1.5}};
     std::vector<cv::Point3d> world;
+    world.reserve(20);
     for (int i = 0; i < 20; ++i) {
       world.emplace_back(random.uniform(-0.15, 0.15), random.uniform(-0.15, 0.15),
                          random.uniform(-0.15, 0.15));

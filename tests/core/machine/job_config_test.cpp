@@ -124,8 +124,10 @@ TEST(JobConfig, FormattedJobsReadBackBitForBit) {
     job.sample = round % 2 == 0 ? "" : "# no comment = 1";
     job.operator_name = round % 3 == 0 ? "" : "C";
     if (round % 2 == 0) {
-      for (double us = random.uniform(1e4, 1e6); us > 10; us *= random.uniform(0.1, 0.9)) {
+      double us = random.uniform(1e4, 1e6);
+      while (us > 10) {
         job.exposure.exposures_s.push_back(us * 1e-6);
+        us *= random.uniform(0.1, 0.9);
       }
     } else {
       job.exposure = {ExposureStrategy::halve, {}, random.uniform(1, 1e7) * 1e-6, 5, random.uniform()};

@@ -72,6 +72,7 @@ struct Mistake {
   const char* to;
   const char* place;  ///< what the message says besides the line
 
+  // NOLINTNEXTLINE(readability-identifier-naming): GoogleTest looks for this name.
   friend void PrintTo(const Mistake& mistake, std::ostream* out) { *out << mistake.to; }
 };
 
