@@ -68,19 +68,22 @@ struct ObservationBlock {
   void allocate();
 };
 
-/// Edge of a tile, texels: the chunks of the file are kTile x kTile x poses.
+/// Edge of a tile, texels: the chunks of the file are kTile x kTile x poses x 3 (smaller where that would
+/// reach HDF5's limit of 4 GiB, beyond 1.3 million poses).
 inline constexpr int kTile = 16;
 
 class ObservationWriter {
  public:
-  /// Writes to `<path>.part` until finish(); an existing `path` stays until then.
+  /// Writes to `<path>.part` until finish(); an existing `path` stays until then. A writer destroyed before
+  /// that removes its part; one that was killed leaves it, and the next one for this path replaces it.
   [[nodiscard]] static base::Result<ObservationWriter> create(const std::filesystem::path& path,
                                                               const ObservationHeader& header);
   ObservationWriter(ObservationWriter&&) noexcept;
   ObservationWriter& operator=(ObservationWriter&&) noexcept;
   ~ObservationWriter();
 
-  /// A block that covers whole tiles (edges of the map excepted).
+  /// Any rectangle with all its poses, in any order; whole tiles (edges of the map excepted) are fast. What
+  /// is never written reads as missing.
   [[nodiscard]] base::Result<void> write(const ObservationBlock& block);
   /// Closes, flushes and renames to the final name. Without it nothing appears under that name.
   [[nodiscard]] base::Result<void> finish();
@@ -100,10 +103,12 @@ class ObservationReader {
   ~ObservationReader();
 
   [[nodiscard]] const ObservationHeader& header() const;
-  /// Any rectangle inside the map. Not safe to call from several threads at once.
+  /// Any rectangle inside the map. Not safe to call from several threads at once, also not on two readers:
+  /// the HDF5 library has one state.
   [[nodiscard]] base::Result<ObservationBlock> read(int first_row, int rows, int first_column,
                                                     int columns) const;
-  /// One pose of the whole map as rows * columns * 3 values, and its validity.
+  /// One pose of the whole map as rows * columns * 3 values, and its validity. Touches every tile, so it
+  /// reads the whole file.
   [[nodiscard]] base::Result<ObservationBlock> read_pose(int pose) const;
 
  private:

@@ -8,10 +8,14 @@
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfTestFile.h>
 #include <algorithm>
-#include <system_error>
+#include <cmath>
+#include <cstdint>
+#include <set>
 
 #include "core/base/files.h"
+#include "core/maps/exr_stream.h"
 
 namespace rig::maps {
 
@@ -22,21 +26,131 @@ using base::Result;
 namespace {
 
 constexpr int kFormat = 1;
-constexpr const char* kPrefix = "rigd.";
+constexpr const char* kKind = "rigd parameter map";
+constexpr const char* kKindKey = "rigd.kind";
+constexpr const char* kFormatKey = "rigd.format";
+constexpr const char* kWidthKey = "rigd.width_m";
+constexpr const char* kHeightKey = "rigd.height_m";
+constexpr const char* kModelKey = "rigd.model";
+constexpr const char* kAttributePrefix = "rigd.attribute.";
 
-Result<void> flush_and_rename(const std::filesystem::path& part, const std::filesystem::path& path) {
-  // Reopened to flush: OpenEXR has no call for it.
-  auto bytes = base::read_file(part);
-  if (!bytes) return base::pass(bytes);
-  if (auto done = base::write_file_durably(path, *bytes); !done) return done;
+bool is_size(double width_m, double height_m) {
+  return width_m > 0 && height_m > 0 && std::isfinite(width_m) && std::isfinite(height_m);
+}
+
+// The bottom row of the map is the last scan line, so the stride is negative. OpenEXR has one type of slice
+// for reading and writing and computes addresses modulo 2^64.
+Imf::Slice slice_of(const std::vector<float>& values, int columns, int rows) {
+  const float* last_line = values.data() + static_cast<std::ptrdiff_t>(rows - 1) * columns;
+  const auto stride = static_cast<std::ptrdiff_t>(sizeof(float)) * columns;
+  return {Imf::FLOAT, const_cast<char*>(reinterpret_cast<const char*>(last_line)), sizeof(float),
+          static_cast<std::size_t>(-stride)};
+}
+
+Result<void> check(const ParameterMap& map, const std::string& where) {
+  if (map.columns <= 0 || map.rows <= 0 || map.channels.empty() || !is_size(map.width_m, map.height_m)) {
+    return fail(ErrorCode::bad_input, "a parameter map needs texels, a size and channels", where);
+  }
+  const std::size_t n = static_cast<std::size_t>(map.columns) * static_cast<std::size_t>(map.rows);
+  std::set<std::string> names;
+  for (const Channel& c : map.channels) {
+    if (c.values.size() != n) {
+      return fail(ErrorCode::bad_input,
+                  fmt::format("channel '{}' has {} values, not {}", c.name, c.values.size(), n), where);
+    }
+    if (c.name.empty() || !names.insert(c.name).second) {
+      return fail(ErrorCode::bad_input, fmt::format("the channel name '{}' is empty or twice there", c.name),
+                  where);
+    }
+  }
   return {};
 }
 
-// The bottom row of the map is the last scan line.
-Imf::Slice slice_of(std::vector<float>& values, int columns, int rows) {
-  char* base = reinterpret_cast<char*>(values.data() + static_cast<std::ptrdiff_t>(rows - 1) * columns);
-  return {Imf::FLOAT, base, sizeof(float),
-          static_cast<std::size_t>(-static_cast<std::ptrdiff_t>(sizeof(float)) * columns)};
+// May throw what OpenEXR throws.
+std::string encode(const ParameterMap& map) {
+  Imf::Header header(map.columns, map.rows);
+  header.compression() = Imf::ZIP_COMPRESSION;
+  header.insert(kKindKey, Imf::StringAttribute(kKind));
+  header.insert(kFormatKey, Imf::IntAttribute(kFormat));
+  header.insert(kWidthKey, Imf::DoubleAttribute(map.width_m));
+  header.insert(kHeightKey, Imf::DoubleAttribute(map.height_m));
+  header.insert(kModelKey, Imf::StringAttribute(map.model));
+  for (const auto& [key, value] : map.attributes) {
+    header.insert(kAttributePrefix + key, Imf::StringAttribute(value));
+  }
+  Imf::FrameBuffer buffer;
+  for (const Channel& c : map.channels) {
+    header.channels().insert(c.name, Imf::Channel(Imf::FLOAT));
+    buffer.insert(c.name, slice_of(c.values, map.columns, map.rows));
+  }
+  MemoryOut stream;
+  {
+    Imf::OutputFile file(stream, header);
+    file.setFrameBuffer(buffer);
+    file.writePixels(map.rows);
+  }
+  return stream.bytes();
+}
+
+// May throw what OpenEXR throws.
+Result<ParameterMap> decode(const std::string& bytes, const std::string& where) {
+  MemoryIn stream(bytes);
+  Imf::InputFile file(stream);
+  const Imf::Header& header = file.header();
+  const auto* kind = header.findTypedAttribute<Imf::StringAttribute>(kKindKey);
+  const auto* format = header.findTypedAttribute<Imf::IntAttribute>(kFormatKey);
+  if (kind == nullptr || kind->value() != kKind || format == nullptr) {
+    return fail(ErrorCode::bad_input, "is an OpenEXR file, but no parameter map", where,
+                "rig fit writes parameter maps");
+  }
+  if (format->value() > kFormat) {
+    return fail(ErrorCode::newer,
+                fmt::format("format {} is newer than this program reads ({})", format->value(), kFormat),
+                where, "use a newer version of rigd");
+  }
+  const auto* width = header.findTypedAttribute<Imf::DoubleAttribute>(kWidthKey);
+  const auto* height = header.findTypedAttribute<Imf::DoubleAttribute>(kHeightKey);
+  const auto* model = header.findTypedAttribute<Imf::StringAttribute>(kModelKey);
+  if (width == nullptr || height == nullptr || model == nullptr ||
+      !is_size(width->value(), height->value())) {
+    return fail(ErrorCode::damaged,
+                fmt::format("one of the attributes {}, {} and {} is missing or wrong", kWidthKey, kHeightKey,
+                            kModelKey),
+                where);
+  }
+  const Imath::Box2i window = header.dataWindow();
+  if (window.min.x != 0 || window.min.y != 0) {
+    return fail(ErrorCode::bad_input, "its data window does not begin at 0, 0", where);
+  }
+  ParameterMap map;
+  map.columns = window.max.x + 1;
+  map.rows = window.max.y + 1;
+  map.width_m = width->value();
+  map.height_m = height->value();
+  map.model = model->value();
+  const std::string prefix = kAttributePrefix;
+  for (auto a = header.begin(); a != header.end(); ++a) {
+    const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute());
+    const std::string name = a.name();
+    if (text != nullptr && name.rfind(prefix, 0) == 0) {
+      map.attributes[name.substr(prefix.size())] = text->value();
+    }
+  }
+  std::vector<std::string> names;
+  for (auto c = header.channels().begin(); c != header.channels().end(); ++c) names.emplace_back(c.name());
+  // The size the header claims must be possible before memory for it is taken: deflate makes at most 1032
+  // bytes of one (zlib's technical notes).
+  constexpr double kMostDeflated = 1032;
+  const double claimed = 4.0 * map.columns * map.rows * static_cast<double>(names.size());
+  if (claimed > kMostDeflated * static_cast<double>(bytes.size())) {
+    return fail(ErrorCode::damaged, "its header claims more texels than the file can hold", where);
+  }
+  for (std::string& name : names) map.add(std::move(name));
+  Imf::FrameBuffer buffer;
+  for (const Channel& c : map.channels) buffer.insert(c.name, slice_of(c.values, map.columns, map.rows));
+  file.setFrameBuffer(buffer);
+  file.readPixels(0, map.rows - 1);
+  return map;
 }
 
 }  // namespace
@@ -54,96 +168,27 @@ Channel& ParameterMap::add(std::string name) {
 }
 
 Result<void> write_parameter_map(const std::filesystem::path& path, const ParameterMap& map) {
-  std::filesystem::path part = path;
-  part += ".exr.part";
-  const std::size_t n = static_cast<std::size_t>(map.columns) * static_cast<std::size_t>(map.rows);
-  if (n == 0 || map.channels.empty()) {
-    return fail(ErrorCode::bad_input, "a parameter map needs texels and channels", path.string());
-  }
-  for (const Channel& c : map.channels) {
-    if (c.values.size() != n) {
-      return fail(ErrorCode::bad_input, fmt::format("channel '{}' has the wrong size", c.name),
-                  path.string());
-    }
-  }
-  Result<void> outcome;
+  if (auto good = check(map, path.string()); !good) return good;
+  std::string bytes;
   try {
-    Imf::Header header(map.columns, map.rows);
-    header.compression() = Imf::ZIP_COMPRESSION;
-    const auto text = [&header](const std::string& key, const std::string& value) {
-      header.insert(kPrefix + key, Imf::StringAttribute(value));
-    };
-    header.insert("rigd.format", Imf::IntAttribute(kFormat));
-    header.insert("rigd.width_m", Imf::DoubleAttribute(map.width_m));
-    header.insert("rigd.height_m", Imf::DoubleAttribute(map.height_m));
-    text("kind", "rigd parameter map");
-    text("model", map.model);
-    for (const auto& [key, value] : map.attributes) text("attribute." + key, value);
-    Imf::FrameBuffer buffer;
-    for (const Channel& c : map.channels) {
-      header.channels().insert(c.name, Imf::Channel(Imf::FLOAT));
-      // OpenEXR only reads through the frame buffer of an OutputFile.
-      buffer.insert(c.name, slice_of(const_cast<std::vector<float>&>(c.values), map.columns, map.rows));
-    }
-    Imf::OutputFile file(part.c_str(), header);
-    file.setFrameBuffer(buffer);
-    file.writePixels(map.rows);
+    bytes = encode(map);
   } catch (const std::exception& error) {
-    outcome = fail(ErrorCode::io, fmt::format("OpenEXR cannot write: {}", error.what()), path.string());
+    return fail(ErrorCode::bad_input, fmt::format("OpenEXR cannot encode: {}", error.what()), path.string());
   }
-  if (outcome) outcome = flush_and_rename(part, path);
-  std::error_code already_gone;
-  std::filesystem::remove(part, already_gone);
-  return outcome;
+  return base::write_file_durably(path, bytes);
 }
 
 Result<ParameterMap> read_parameter_map(const std::filesystem::path& path) {
-  if (std::error_code error; !std::filesystem::exists(path, error)) {
-    return fail(ErrorCode::not_found, "there is no such file", path.string());
+  const auto bytes = base::read_file(path);
+  if (!bytes) return base::pass(bytes);
+  if (bytes->size() < 4 || !Imf::isImfMagic(bytes->data())) {
+    return fail(ErrorCode::bad_input, "is no OpenEXR file", path.string());
   }
   try {
-    Imf::InputFile file(path.c_str());
-    const Imf::Header& header = file.header();
-    const auto* kind = header.findTypedAttribute<Imf::StringAttribute>("rigd.kind");
-    const auto* format = header.findTypedAttribute<Imf::IntAttribute>("rigd.format");
-    const auto* width = header.findTypedAttribute<Imf::DoubleAttribute>("rigd.width_m");
-    const auto* height = header.findTypedAttribute<Imf::DoubleAttribute>("rigd.height_m");
-    const auto* model = header.findTypedAttribute<Imf::StringAttribute>("rigd.model");
-    if (kind == nullptr || kind->value() != "rigd parameter map" || format == nullptr || width == nullptr ||
-        height == nullptr || model == nullptr) {
-      return fail(ErrorCode::bad_input, "is an OpenEXR file, but no parameter map", path.string());
-    }
-    if (format->value() > kFormat) {
-      return fail(ErrorCode::newer,
-                  fmt::format("format {} is newer than this program reads ({})", format->value(), kFormat),
-                  path.string(), "use a newer version");
-    }
-    const Imath::Box2i window = header.dataWindow();
-    ParameterMap map;
-    map.columns = window.max.x - window.min.x + 1;
-    map.rows = window.max.y - window.min.y + 1;
-    if (window.min.x != 0 || window.min.y != 0) {
-      return fail(ErrorCode::bad_input, "its data window does not begin at 0, 0", path.string());
-    }
-    map.width_m = width->value();
-    map.height_m = height->value();
-    map.model = model->value();
-    const std::string prefix = std::string(kPrefix) + "attribute.";
-    for (auto a = header.begin(); a != header.end(); ++a) {
-      const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute());
-      const std::string name = a.name();
-      if (text != nullptr && name.rfind(prefix, 0) == 0)
-        map.attributes[name.substr(prefix.size())] = text->value();
-    }
-    for (auto c = header.channels().begin(); c != header.channels().end(); ++c) map.add(c.name());
-    Imf::FrameBuffer buffer;
-    for (Channel& c : map.channels) buffer.insert(c.name, slice_of(c.values, map.columns, map.rows));
-    file.setFrameBuffer(buffer);
-    file.readPixels(0, map.rows - 1);
-    return map;
+    return decode(*bytes, path.string());
   } catch (const std::exception& error) {
-    return fail(ErrorCode::damaged, fmt::format("is no readable OpenEXR file: {}", error.what()),
-                path.string());
+    return fail(ErrorCode::damaged, fmt::format("OpenEXR cannot read it: {}", error.what()), path.string(),
+                "make the map again");
   }
 }
 

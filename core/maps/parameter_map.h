@@ -25,11 +25,16 @@ struct ParameterMap {
   std::vector<Channel> channels;
 
   [[nodiscard]] const Channel* find(const std::string& name) const;
+  /// A new channel of zeros. The reference holds until the next one is added.
   Channel& add(std::string name);
 };
 
+/// Replaces `path`, whole or not at all. The same map is the same bytes, in whatever order its channels
+/// stand.
 [[nodiscard]] base::Result<void> write_parameter_map(const std::filesystem::path& path,
                                                      const ParameterMap& map);
+/// Refuses files that are no parameter map, damaged ones and newer versions, each with its reason. Channels
+/// come back in the order of their names.
 [[nodiscard]] base::Result<ParameterMap> read_parameter_map(const std::filesystem::path& path);
 
 }  // namespace rig::maps

@@ -1,0 +1,190 @@
+#include "clients/rig/commands.h"
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "clients/rig/format.h"
+#include "core/base/files.h"
+#include "core/base/progress.h"
+#include "core/machine/job_config.h"
+#include "core/scan/verify.h"
+#include "protocol/client.h"
+
+// Last: it defines macros that hide the byte swaps of the system, which Protocol Buffers uses.
+#include <OpenImageIO/imageio.h>
+
+namespace rig::client {
+
+using base::ErrorCode;
+using base::fail;
+using base::pass;
+using protocol::Reply;
+using protocol::Request;
+
+namespace {
+
+// A move or homing is answered when it has ended.
+constexpr double kLongest_s = 600;
+
+Result<Reply> ask(const Connection& to, const Request& request, double timeout_s) {
+  auto client = protocol::Client::connect(to.endpoint);
+  if (!client) return pass(client);
+  auto reply = client->ask(request, std::chrono::milliseconds(static_cast<long>(timeout_s * 1e3)));
+  if (!reply) return reply;
+  if (reply->outcome() == protocol::DONE) return reply;
+  const bool refused = reply->outcome() == protocol::REFUSED;
+  return fail(refused ? ErrorCode::refused : ErrorCode::device,
+              fmt::format("{}: {}", refused ? "refused" : "failed", reply->reason()));
+}
+
+Result<void> only_done(const Result<Reply>& reply) {
+  if (!reply) return pass(reply);
+  return {};
+}
+
+Result<void> write_image(const std::string& out, int width, int height, int channels, OIIO::TypeDesc type,
+                         const void* data) {
+  auto file = OIIO::ImageOutput::create(out);
+  if (!file) return fail(ErrorCode::bad_input, "cannot write this kind of image", out, ".png or .tif");
+  const OIIO::ImageSpec spec(width, height, channels, type);
+  if (!file->open(out, spec) || !file->write_image(type, data) || !file->close()) {
+    return fail(ErrorCode::io, file->geterror(), out);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> status(const Connection& to) {
+  Request request;
+  request.mutable_get_status();
+  const auto reply = ask(to, request, to.wait_s);
+  if (reply) std::printf("%s", describe_status(reply->status()).c_str());
+  return only_done(reply);
+}
+
+Result<void> home(const Connection& to, const std::vector<std::string>& axes) {
+  Request request;
+  request.mutable_home();
+  for (const std::string& axis : axes) request.mutable_home()->add_axes(axis);
+  return only_done(ask(to, request, kLongest_s));
+}
+
+Result<void> move(const Connection& to, const std::map<std::string, double>& angles_deg) {
+  Request request;
+  request.mutable_move();
+  for (const auto& [axis, angle] : angles_deg) {
+    auto& named = *request.mutable_move()->add_axes();
+    named.set_axis(axis);
+    named.set_angle_deg(angle);
+  }
+  return only_done(ask(to, request, kLongest_s));
+}
+
+Result<void> stop(const Connection& to, const std::string& reason) {
+  Request request;
+  request.mutable_stop()->set_reason(reason);
+  return only_done(ask(to, request, to.wait_s));
+}
+
+Result<void> clear(const Connection& to) {
+  Request request;
+  request.mutable_clear_stop();
+  return only_done(ask(to, request, to.wait_s));
+}
+
+Result<void> light(const Connection& to, const LightChange& change) {
+  Request request;
+  auto& set = *request.mutable_set_light();
+  if (change.on) set.set_on(*change.on);
+  if (change.shutter_open) set.set_shutter_open(*change.shutter_open);
+  if (change.level) set.set_level(*change.level);
+  return only_done(ask(to, request, to.wait_s));
+}
+
+Result<void> snap(const Connection& to, double exposure_us, const std::string& out) {
+  const std::string extension = std::filesystem::path(out).extension().string();
+  const bool full = extension == ".tif" || extension == ".tiff";
+  if (!full && extension != ".png") return fail(ErrorCode::bad_input, "is neither .png nor .tif", out);
+  Request request;
+  request.mutable_snap()->set_exposure_us(exposure_us);
+  request.mutable_snap()->set_full(full);
+  const auto reply = ask(to, request, exposure_us * 1e-6 + 30);
+  if (!reply) return pass(reply);
+  const auto& frame = reply->frame();
+  std::printf("exposure %.0f us, %.3f %% of the sample saturated\n", frame.exposure_us(),
+              100 * frame.saturated_share());
+  const std::size_t raw = std::size_t{2} * frame.width() * frame.height();
+  const std::size_t rgb = std::size_t{3} * frame.preview_width() * frame.preview_height();
+  if (frame.raw().size() != (full ? raw : 0) || frame.preview_rgb().size() != rgb) {
+    return fail(ErrorCode::damaged, "rigd's answer holds an image of another size than it says");
+  }
+  if (full) {
+    return write_image(out, static_cast<int>(frame.width()), static_cast<int>(frame.height()), 1,
+                       OIIO::TypeDesc::UINT16, frame.raw().data());
+  }
+  return write_image(out, static_cast<int>(frame.preview_width()), static_cast<int>(frame.preview_height()),
+                     3, OIIO::TypeDesc::UINT8, frame.preview_rgb().data());
+}
+
+Result<void> job_submit(const Connection& to, const std::string& job_file, const std::string& scan) {
+  auto text = base::read_file(job_file);
+  if (!text) return pass(text);
+  // Mistakes in the file are told before anything is sent.
+  if (auto job = machine::parse_job_config(*text, job_file); !job) return pass(job);
+  Request request;
+  auto& submit = *request.mutable_submit_job();
+  submit.set_job_toml(*text);
+  submit.set_job_name(job_file);
+  submit.set_scan_folder(std::filesystem::absolute(scan).lexically_normal().string());
+  const auto reply = ask(to, request, std::max(to.wait_s, 30.0));
+  if (reply) std::printf("%s\n", describe_job(reply->job()).c_str());
+  return only_done(reply);
+}
+
+Result<void> job_list(const Connection& to) {
+  Request request;
+  request.mutable_list_jobs();
+  const auto reply = ask(to, request, to.wait_s);
+  if (!reply) return pass(reply);
+  for (const auto& job : reply->jobs().jobs()) std::printf("%s\n", describe_job(job).c_str());
+  if (reply->jobs().jobs().empty()) std::printf("no jobs\n");
+  return {};
+}
+
+Result<void> job_show(const Connection& to, std::uint64_t job) {
+  Request request;
+  request.mutable_show_job()->set_job(job);
+  const auto reply = ask(to, request, to.wait_s);
+  if (reply) std::printf("%s\n", describe_job(reply->job()).c_str());
+  return only_done(reply);
+}
+
+Result<void> job_abort(const Connection& to, std::uint64_t job) {
+  Request request;
+  request.mutable_abort_job()->set_job(job);
+  return only_done(ask(to, request, to.wait_s));
+}
+
+Result<void> scan_verify(const std::string& scan) {
+  std::unique_ptr<base::Progress> progress;
+  const auto report = scan::verify_scan(scan, [&progress](std::size_t left) {
+    if (!progress) progress = std::make_unique<base::Progress>("verify", left + 1, "frames");
+    progress->add();
+  });
+  progress.reset();
+  if (!report) return pass(report);
+  for (const std::string& problem : report->problems) std::printf("problem: %s\n", problem.c_str());
+  std::printf("%lld of %lld poses done, %lld abandoned; %zu frames, %.1f MB: %s\n",
+              static_cast<long long>(report->progress.done), static_cast<long long>(report->progress.total),
+              static_cast<long long>(report->progress.abandoned), report->frames_checked,
+              static_cast<double>(report->bytes_checked) * 1e-6,
+              report->complete()    ? "complete"
+              : report->undamaged() ? "undamaged, not complete"
+                                    : "damaged");
+  if (report->complete()) return {};
+  return fail(ErrorCode::damaged, report->undamaged() ? "the scan is not complete" : "the scan is damaged",
+              scan, report->undamaged() ? "let rigd finish its job" : "see the problems above");
+}
+
+}  // namespace rig::client

@@ -1,0 +1,74 @@
+#include "clients/rig/format.h"
+
+#include <fmt/format.h>
+
+namespace rig::client {
+
+namespace {
+
+std::string state_word(protocol::JobState state) {
+  switch (state) {
+    case protocol::QUEUED:
+      return "queued";
+    case protocol::ACTIVE:
+      return "active";
+    case protocol::COMPLETE:
+      return "complete";
+    case protocol::ABORTED:
+      return "aborted";
+    case protocol::JOB_FAILED:
+      return "failed";
+    default:
+      return "?";
+  }
+}
+
+std::string mode_word(protocol::Mode mode) {
+  switch (mode) {
+    case protocol::IDLE:
+      return "idle";
+    case protocol::HOMING:
+      return "homing";
+    case protocol::MOVING:
+      return "moving";
+    case protocol::EXPOSING:
+      return "exposing";
+    case protocol::RUNNING:
+      return "running a job";
+    case protocol::STOPPED:
+      return "stopped";
+    default:
+      return "?";
+  }
+}
+
+}  // namespace
+
+std::string describe_job(const protocol::JobInfo& job) {
+  std::string out = fmt::format("job {} '{}' ({}): {}, {}/{} poses", job.job(), job.name(), job.sample(),
+                                state_word(job.state()), job.done(), job.poses());
+  if (job.abandoned() > 0) out += fmt::format(", {} abandoned", job.abandoned());
+  if (job.retries() > 0) out += fmt::format(", {} retries", job.retries());
+  if (!job.reason().empty()) out += ": " + job.reason();
+  return out + fmt::format(", {}", job.scan_folder());
+}
+
+std::string describe_status(const protocol::Status& status) {
+  std::string out =
+      fmt::format("{} (rigd {}): {}", status.rig_name(), status.rigd_version(), mode_word(status.mode()));
+  if (!status.stop_reason().empty()) out += ": " + status.stop_reason();
+  out += "\n";
+  for (const auto& axis : status.axes()) {
+    out += fmt::format("  {:5} {:10.4f} deg  ({:.1f} to {:.1f})  {}{}{}\n", axis.name(), axis.position_deg(),
+                       axis.min_deg(), axis.max_deg(), axis.homed() ? "homed" : "not homed",
+                       axis.moving() ? ", moving" : "", axis.fault().empty() ? "" : ", " + axis.fault());
+  }
+  const auto& light = status.light();
+  out += fmt::format("  light {}, level {:.2f}, shutter {}, {}, {:.2f} h\n", light.on() ? "on" : "off",
+                     light.level(), light.shutter_open() ? "open" : "shut",
+                     light.warm() ? "warm" : "not warm", light.hours());
+  if (status.has_job()) out += "  " + describe_job(status.job()) + "\n";
+  return out;
+}
+
+}  // namespace rig::client

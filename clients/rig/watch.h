@@ -1,0 +1,18 @@
+// Following a job live, through restarts of rigd.
+#pragma once
+
+#include <string>
+
+#include "core/base/result.h"
+
+namespace rig::client {
+
+struct WatchOptions {
+  std::string endpoint;
+  bool until_idle = false;  ///< end when no job is queued or active
+};
+
+/// Prints progress until interrupted, or until idle. An Error where a job failed or was aborted meanwhile.
+[[nodiscard]] base::Result<void> watch(const WatchOptions& options);
+
+}  // namespace rig::client
