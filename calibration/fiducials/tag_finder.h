@@ -29,10 +29,12 @@ struct TagSighting {
 };
 
 struct TagFinderOptions {
-  int threads = 1;         ///< of libapriltag
-  double decimate = 2;     ///< quads are sought in an image this much smaller; corners do not suffer from it
-  int corrected_bits = 2;  ///< bit errors tolerated in a code
-  bool refine = true;      ///< fit the edges
+  int threads = 1;      ///< of libapriltag
+  double decimate = 2;  ///< quads are sought in an image this much smaller; corners do not suffer from it
+  /// Bit errors tolerated in a code, of the two that libapriltag can correct: with two, a cluttered
+  /// photograph shows tags that are none.
+  int corrected_bits = 1;
+  bool refine = true;  ///< fit the edges
 };
 
 /// Standard deviation that an unrefined corner is given, pixels.
