@@ -95,6 +95,10 @@ Result<void> rename_durably(const fs::path& from, const fs::path& to) {
 }
 
 Result<void> write_file_durably(const fs::path& path, std::span<const std::byte> bytes) {
+  // A rename would exchange a folder in the way and remove it with all that is in it.
+  if (std::error_code absent; fs::is_directory(path, absent)) {
+    return fail(ErrorCode::refused, "is a folder; a file cannot take its place", path.string());
+  }
   fs::path part = path;
   part += ".part";
   if (auto written = write_and_flush(part, bytes); !written) {

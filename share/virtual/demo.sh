@@ -7,7 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 folder=$(realpath -m "${1:-build/demo}")
 bin=$PWD/build/release/bin
 rig_toml=${RIG_DEMO_RIG:-$PWD/share/virtual/rig.toml}
-angle=${RIG_DEMO_ANGLE_DEG:-18}
+angle=${RIG_DEMO_ANGLE_DEG:-15.5}
 texels=${RIG_DEMO_TEXELS:-512}
 
 if [ -e "$folder" ] && [ ! -e "$folder/made-by-demo" ]; then
