@@ -64,6 +64,14 @@ Result<void> check_header(const ObservationHeader& header, const std::filesystem
               path.string());
 }
 
+Result<void> check_place(const std::filesystem::path& path) {
+  // A rename would exchange a folder in the way and remove it with all that is in it.
+  if (std::error_code absent; std::filesystem::is_directory(path, absent)) {
+    return fail(ErrorCode::refused, "is a folder; a map cannot take its place", path.string());
+  }
+  return {};
+}
+
 }  // namespace
 
 struct ObservationWriter::State {
@@ -71,7 +79,7 @@ struct ObservationWriter::State {
   ObservationHeader header;
   Handle file;
   Layers layers;
-  bool begun = false;
+  bool begun = false;  ///< the part is ours to remove
   bool finished = false;
 
   State() = default;
@@ -99,17 +107,20 @@ ObservationWriter::~ObservationWriter() = default;
 Result<ObservationWriter> ObservationWriter::create(const std::filesystem::path& path,
                                                     const ObservationHeader& header) {
   if (auto good = check_header(header, path); !good) return base::pass(good);
+  if (auto free = check_place(path); !free) return base::pass(free);
   h5::keep_quiet();
   auto state = std::make_unique<State>();
   state->path = path;
   state->part = path;
   state->part += ".part";
   state->header = header;
+  std::error_code absent;
+  const bool left_by_another = std::filesystem::exists(state->part, absent);
   state->file = Handle(H5Fcreate(state->part.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), &H5Fclose);
+  state->begun = state->file.valid() || !left_by_another;
   if (!state->file.valid()) {
     return fail(ErrorCode::io, fmt::format("cannot create: {}", h5::last_error()), state->part.string());
   }
-  state->begun = true;
   const auto complete = [&]() -> Result<void> {
     if (auto done = write_header(state->file.get(), header); !done) return done;
     const auto make = [&](Handle& layer, const char* name, hid_t type, bool channels) -> Result<void> {

@@ -8,7 +8,7 @@
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
-#include <OpenEXR/ImfTestFile.h>
+#include <OpenEXR/ImfVersion.h>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -34,6 +34,9 @@ constexpr const char* kHeightKey = "rigd.height_m";
 constexpr const char* kModelKey = "rigd.model";
 constexpr const char* kAttributePrefix = "rigd.attribute.";
 
+// OpenEXR cuts longer names without a word.
+constexpr std::size_t kLongestName = 255;
+
 bool is_size(double width_m, double height_m) {
   return width_m > 0 && height_m > 0 && std::isfinite(width_m) && std::isfinite(height_m);
 }
@@ -58,9 +61,14 @@ Result<void> check(const ParameterMap& map, const std::string& where) {
       return fail(ErrorCode::bad_input,
                   fmt::format("channel '{}' has {} values, not {}", c.name, c.values.size(), n), where);
     }
-    if (c.name.empty() || !names.insert(c.name).second) {
-      return fail(ErrorCode::bad_input, fmt::format("the channel name '{}' is empty or twice there", c.name),
-                  where);
+    if (c.name.empty() || c.name.size() > kLongestName || !names.insert(c.name).second) {
+      return fail(ErrorCode::bad_input,
+                  fmt::format("the channel name '{}' is empty, too long or twice there", c.name), where);
+    }
+  }
+  for (const auto& [key, value] : map.attributes) {
+    if (key.size() + std::string_view(kAttributePrefix).size() > kLongestName) {
+      return fail(ErrorCode::bad_input, fmt::format("the attribute name '{}' is too long", key), where);
     }
   }
   return {};
