@@ -5,7 +5,6 @@
 
 #include "sim/font.h"
 #include "sim/sgd.h"
-#include "sim/thread_model.h"
 
 namespace rig::sim {
 
@@ -17,6 +16,7 @@ constexpr int kFirstPatch = 2;
 constexpr int kPatchColumns = 6;
 constexpr int kWeave = 14;
 constexpr int kSatin = 15;
+constexpr int kWedge = 16;
 
 struct Line {
   const char* text;
@@ -27,8 +27,8 @@ constexpr std::array<Line, 3> kLines{{{"RIGD 8 MM SEES LIGHT", 8, -69, 64},
                                       {"PACK MY BOX WITH FIVE DOZEN LIQUOR JUGS 3 MM 0123456", 3, -67, 47}}};
 
 const std::array<Thread, 3> kThreads{{
-    {{0.10, 0.16, 0.42}, 0.06, 0.18, 0.45, 0.35, 0.35},  // warp: blue
-    {{0.62, 0.52, 0.30}, 0.06, 0.18, 0.45, 0.35, 0.35},  // weft: straw
+    {{0.05, 0.10, 0.36}, 0.06, 0.18, 0.45, 0.35, 0.35},  // warp: indigo
+    {{0.80, 0.74, 0.62}, 0.06, 0.18, 0.45, 0.35, 0.35},  // weft: raw cotton
     {{0.55, 0.16, 0.14}, 0.14, 0.14, 0.30, 0.20, 0.12},  // satin: red, shiny, nearly straight
 }};
 
@@ -72,9 +72,14 @@ const std::vector<std::string>& region_names() {
     made[kInk] = "ink (black-soft-plastic)";
     made.emplace_back("plain weave");
     made.emplace_back("satin threads");
+    made.emplace_back("grey wedge (delrin, shaded)");
     return made;
   }();
   return names;
+}
+
+const std::array<Thread, 3>& threads() {
+  return kThreads;
 }
 
 Spot spot_at(double x_mm, double y_mm) {
@@ -92,6 +97,9 @@ Spot spot_at(double x_mm, double y_mm) {
         kFirstPatch + static_cast<int>(v / kPitch) * kPatchColumns + static_cast<int>(u / kPitch);
     return {index, index, -1, {}, 1};
   }
+  if (y_mm > 74 && y_mm < 78 && std::abs(x_mm) < 72) {
+    return {kWedge, kPaper, -1, {}, 1 - 0.9 * (x_mm + 72) / 144};
+  }
   if (y_mm > -76 && y_mm < -12) {
     if (x_mm > -76 && x_mm < -4) return weave(x_mm, y_mm);
     if (x_mm > 4 && x_mm < 76) return satin(x_mm);
@@ -104,9 +112,9 @@ double spot_brdf(const Spot& spot, V3 wi, V3 wr, int channel) {
     return spot.shade *
            thread_brdf(kThreads[static_cast<std::size_t>(spot.thread)], spot.tangent, wi, wr, channel);
   }
-  return sgd_brdf(
-      sgd_materials()[static_cast<std::size_t>(spot.material)].rgb[static_cast<std::size_t>(channel)], wi,
-      wr);
+  const SgdChannel& material =
+      sgd_materials()[static_cast<std::size_t>(spot.material)].rgb[static_cast<std::size_t>(channel)];
+  return sgd_brdf(material, wi, wr, spot.shade);
 }
 
 double spot_alpha(const Spot& spot) {
@@ -118,8 +126,9 @@ double spot_alpha(const Spot& spot) {
 std::array<double, 3> spot_albedo(const Spot& spot) {
   std::array<double, 3> albedo{};
   for (std::size_t c = 0; c < 3; ++c) {
-    albedo[c] = spot.thread >= 0 ? spot.shade * kThreads[static_cast<std::size_t>(spot.thread)].colour[c]
-                                 : sgd_materials()[static_cast<std::size_t>(spot.material)].rgb[c].rho_d;
+    albedo[c] = spot.shade * (spot.thread >= 0
+                                  ? kThreads[static_cast<std::size_t>(spot.thread)].colour[c]
+                                  : sgd_materials()[static_cast<std::size_t>(spot.material)].rgb[c].rho_d);
   }
   return albedo;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/thread_model.h"
 #include "sim/vector.h"
 
 namespace rig::sim {
@@ -14,12 +15,15 @@ namespace rig::sim {
 struct Spot {
   int region = 0;       ///< index into region_names()
   int material = -1;    ///< index into sgd_materials(); -1: thread
-  int thread = -1;      ///< index of the kind of thread; -1: SGD
+  int thread = -1;      ///< index into threads(); -1: SGD
   V3 tangent{1, 0, 0};  ///< of the thread
-  double shade = 1;     ///< factor on the diffuse part, varies smoothly over parts of the chart
+  double shade = 1;     ///< factor on rho_d of SGD, on all of a thread
 };
 
 [[nodiscard]] const std::vector<std::string>& region_names();
+
+/// The chart's kinds of thread: warp, weft, satin.
+[[nodiscard]] const std::array<Thread, 3>& threads();
 
 /// The spot at (x, y) mm from the centre.
 [[nodiscard]] Spot spot_at(double x_mm, double y_mm);
@@ -29,7 +33,7 @@ struct Spot {
 
 /// Mean SGD alpha of the spot's material; 1 for threads.
 [[nodiscard]] double spot_alpha(const Spot& spot);
-/// Diffuse albedo: rho_d of SGD, the colour of a thread's inner scattering.
+/// Diffuse albedo: rho_d of SGD, the colour of a thread's inner scattering; shaded.
 [[nodiscard]] std::array<double, 3> spot_albedo(const Spot& spot);
 
 }  // namespace rig::sim

@@ -1,5 +1,6 @@
 #include "sim/devices.h"
 
+#include "sim/camera.h"
 #include "sim/machine.h"
 
 namespace rig::sim {
@@ -34,33 +35,6 @@ class VirtualAxis final : public drivers::Axis {
   std::size_t index_;
 };
 
-class VirtualCamera final : public drivers::Camera {
- public:
-  explicit VirtualCamera(Shared machine) : machine_(std::move(machine)) {}
-
-  [[nodiscard]] drivers::CameraCapabilities capabilities() const override {
-    const CameraWorld& c = machine_->world().camera;
-    return {c.width, c.height, c.bits, "RGGB", c.min_exposure_s, c.max_exposure_s, c.readout_s, true};
-  }
-  [[nodiscard]] Result<void> arm() override {
-    machine_->arm();
-    return {};
-  }
-  [[nodiscard]] Result<void> trigger(double exposure_s, double gain) override {
-    return machine_->trigger(exposure_s, gain);
-  }
-  [[nodiscard]] Result<std::optional<drivers::FrameInfo>> fetch(std::span<std::uint16_t> pixels) override {
-    return machine_->fetch(pixels);
-  }
-  [[nodiscard]] Result<void> abort() override {
-    machine_->abort();
-    return {};
-  }
-
- private:
-  Shared machine_;
-};
-
 class VirtualLight final : public drivers::Light {
  public:
   explicit VirtualLight(Shared machine) : machine_(std::move(machine)) {}
@@ -68,11 +42,7 @@ class VirtualLight final : public drivers::Light {
   [[nodiscard]] drivers::LightCapabilities capabilities() const override {
     return {true, true, machine_->world().light.warm_up_s};
   }
-  [[nodiscard]] Result<void> set_level(double level) override {
-    if (!(level >= 0 && level <= 1)) return fail(ErrorCode::bad_input, "a level is 0 to 1", "light");
-    machine_->set_level(level);
-    return {};
-  }
+  [[nodiscard]] Result<void> set_level(double level) override { return machine_->set_level(level); }
   [[nodiscard]] Result<void> set_shutter(bool open) override {
     machine_->set_shutter(open);
     return {};
@@ -107,6 +77,7 @@ void check_settings(const base::ConfigTable& settings) {
 
 Result<std::vector<Device>> open_devices(const drivers::OpenContext& context) {
   const World world = read_world(context.settings);
+  if (auto fine = context.settings.noted(); !fine) return base::pass(fine);
   auto machine = Machine::open(world, context.clock, context.state_folder);
   if (!machine) return base::pass(machine);
   std::vector<Device> devices;

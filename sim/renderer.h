@@ -16,8 +16,9 @@ class Renderer {
   Renderer& operator=(const Renderer&) = delete;
 
   /// Photoelectrons per second in each pixel of the RGGB mosaic, row by row, with the axes truly at `angles`
-  /// and the light at `level`. Four samples a pixel, each with its own point of the light's aperture.
-  [[nodiscard]] std::vector<float> render(const Angles& angles, double level) const;
+  /// and the light at its full level. Each of a pixel's samples has its own place in the pixel and its own
+  /// point of the light's aperture; only the mosaic's colour is computed.
+  [[nodiscard]] std::vector<float> render(const Angles& angles) const;
 
  private:
   struct State;

@@ -111,7 +111,9 @@ const std::vector<SgdMaterial> kMaterials{
 };
 
 double fresnel(const SgdChannel& m, double cos_d) {
-  return m.f0 - m.f1 * cos_d + (1 - m.f0) * std::pow(1 - cos_d, 5);
+  const double left = 1 - cos_d;
+  const double left2 = left * left;
+  return m.f0 - m.f1 * cos_d + (1 - m.f0) * left2 * left2 * left;
 }
 
 double distribution(const SgdChannel& m, double cos_h) {
@@ -122,7 +124,8 @@ double distribution(const SgdChannel& m, double cos_h) {
 }
 
 double shadowing(const SgdChannel& m, double cosine) {
-  const double beyond = std::max(0.0, std::acos(std::min(1.0, cosine)) - m.theta0);
+  const double beyond = std::acos(std::min(1.0, cosine)) - m.theta0;
+  if (beyond <= 0) return 1;
   return std::clamp(1 + m.lambda * (1 - std::exp(m.c * std::pow(beyond, m.k))), 0.0, 1.0);
 }
 
@@ -132,12 +135,12 @@ const std::vector<SgdMaterial>& sgd_materials() {
   return kMaterials;
 }
 
-double sgd_brdf(const SgdChannel& m, V3 wi, V3 wr) {
+double sgd_brdf(const SgdChannel& m, V3 wi, V3 wr, double shade) {
   if (wi.z <= 0 || wr.z <= 0) return 0;
   const V3 h = unit(wi + wr);
   const double cos_d = std::clamp(dot(wi, h), 0.0, 1.0);
   const double specular = fresnel(m, cos_d) * distribution(m, h.z) * shadowing(m, wi.z) * shadowing(m, wr.z);
-  return std::max(0.0, (m.rho_d + m.rho_s * specular / (wi.z * wr.z)) / kPi);
+  return std::max(0.0, (shade * m.rho_d + m.rho_s * specular / (wi.z * wr.z)) / kPi);
 }
 
 }  // namespace rig::sim

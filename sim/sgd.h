@@ -22,7 +22,7 @@ struct SgdMaterial {
 
 [[nodiscard]] const std::vector<SgdMaterial>& sgd_materials();
 
-/// f = (rho_d + rho_s F D G1 G1 / (cos_i cos_r)) / pi, in sr^-1; 0 below the horizon. Reciprocal.
-[[nodiscard]] double sgd_brdf(const SgdChannel& material, V3 wi, V3 wr);
+/// f = (shade rho_d + rho_s F D G1 G1 / (cos_i cos_r)) / pi, in sr^-1; 0 below the horizon. Reciprocal.
+[[nodiscard]] double sgd_brdf(const SgdChannel& material, V3 wi, V3 wr, double shade = 1);
 
 }  // namespace rig::sim

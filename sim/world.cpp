@@ -1,5 +1,8 @@
 #include "sim/world.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/base/random.h"
 #include "core/base/units.h"
 
@@ -27,6 +30,11 @@ AxisWorld read_axis(const ConfigTable& t) {
   axis.home_rad = radians(t.number("home_deg", {-3600, 3600}));
   axis.power_on_rad = radians(t.number("power_on_deg", {-3600, 3600}));
   if (!(axis.low_rad < axis.high_rad)) t.error("high_deg", "must be greater than low_deg");
+  const auto within = [&](const char* key, double angle) {
+    if (angle < axis.low_rad || angle > axis.high_rad) t.error(key, "lies beyond the hard stops");
+  };
+  within("home_deg", axis.home_rad);
+  within("power_on_deg", axis.power_on_rad);
   return axis;
 }
 
@@ -50,13 +58,57 @@ CameraWorld read_camera(const ConfigTable& t) {
   c.electrons_per_dn = t.number("electrons_per_dn", {1e-3, 1e6});
   c.read_noise_e = t.number("read_noise_e", {0, 1e6});
   const auto sensitivity = t.numbers("sensitivity", 3, {1e-3, 1});
-  for (std::size_t i = 0; i < 3; ++i) c.sensitivity[i] = sensitivity[i];
+  std::copy_n(sensitivity.begin(), std::min<std::size_t>(3, sensitivity.size()), c.sensitivity.begin());
   c.white_fills_s = 1e-3 * t.number("white_fills_ms", {1e-3, 1e6});
   c.min_exposure_s = 1e-6 * t.number("min_exposure_us", {0.01, 1e9});
   c.max_exposure_s = 1e-6 * t.number("max_exposure_us", {0.01, 1e9});
   c.readout_s = 1e-3 * t.number("readout_ms", {0, 60000});
+  const std::int64_t samples = t.integer_or("samples_per_pixel", 4, 1, 64);
+  c.samples_per_side = static_cast<int>(std::lround(std::sqrt(static_cast<double>(samples))));
+  if (samples != c.samples_per_side * c.samples_per_side) {
+    t.error("samples_per_pixel", "must be the square of a whole number", "4 and 9 are");
+  }
   if (c.saturation_dn <= c.black_dn) t.error("saturation_dn", "must be greater than black_dn");
+  if (c.saturation_dn > std::ldexp(1.0, c.bits) - 1) t.error("saturation_dn", "does not fit into `bits`");
+  if (c.max_exposure_s < c.min_exposure_s)
+    t.error("max_exposure_us", "must not be less than min_exposure_us");
   return c;
+}
+
+LightWorld read_light(const ConfigTable& t) {
+  return {mm(t, "arm_radius_mm"), mm(t, "aperture_mm"), t.number("warm_up_s", {0, 86400}),
+          t.number_or("cold_share", 0.9, {0, 1}), t.boolean_or("warm_at_start", false)};
+}
+
+// Rows of numbers have no key of their own, so that a mistake names the row.
+void read_carrier(const ConfigTable& t, World& world) {
+  constexpr double kTagIds = 587;  // of tag36h11
+  world.plane_offset_m = mm(t, "plane_offset_mm");
+  world.carrier_half_m = 0.5 * mm(t, "carrier_mm");
+  world.sample_half_m = 0.5 * mm(t, "sample_mm");
+  if (world.sample_half_m > world.carrier_half_m) t.error("sample_mm", "is larger than the carrier");
+  const auto check = [&](const char* key, std::size_t row, bool fine, const char* rule) {
+    if (!fine) t.error(key, fmt::format("row {}: {}", row + 1, rule));
+  };
+  const auto inside = [&](double centre_mm, double extent_mm) {
+    return std::abs(centre_mm) * 1e-3 + 0.5e-3 * extent_mm <= world.carrier_half_m;
+  };
+  const auto tags = t.rows("tags", 4);
+  for (std::size_t i = 0; i < tags.size(); ++i) {
+    const auto& row = tags[i];
+    check("tags", i, row[0] >= 0 && row[0] < kTagIds && row[0] == std::floor(row[0]),
+          "tag36h11 has the ids 0 to 586");
+    check("tags", i, row[3] > 0 && inside(row[1], row[3]) && inside(row[2], row[3]), "not on the carrier");
+    world.tags.push_back({static_cast<int>(row[0]), row[1] * 1e-3, row[2] * 1e-3, row[3] * 1e-3});
+  }
+  const auto patches = t.rows("patches", 5);
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const auto& row = patches[i];
+    check("patches", i, row[2] > 0 && row[3] > 0 && inside(row[0], row[2]) && inside(row[1], row[3]),
+          "not on the carrier");
+    check("patches", i, row[4] >= 0 && row[4] <= 1, "a reflectance is from 0 to 1");
+    world.patches.push_back({row[0] * 1e-3, row[1] * 1e-3, row[2] * 1e-3, row[3] * 1e-3, row[4]});
+  }
 }
 
 }  // namespace
@@ -64,21 +116,12 @@ CameraWorld read_camera(const ConfigTable& t) {
 World read_world(const ConfigTable& settings) {
   World world;
   world.seed = static_cast<std::uint64_t>(settings.integer("seed", 0, std::int64_t{1} << 62));
+  (void)settings.choice_or("sample", "chart", {"chart"});
   const ConfigTable axes = settings.table("axis");
   for (std::size_t i = 0; i < kAxes; ++i) world.axes[i] = read_axis(axes.table(kAxisNames[i]));
   world.camera = read_camera(settings.table("camera"));
-  const ConfigTable light = settings.table("light");
-  world.light = {mm(light, "arm_radius_mm"), mm(light, "aperture_mm"), light.number("warm_up_s", {0, 86400})};
-  const ConfigTable carrier = settings.table("carrier");
-  world.plane_offset_m = mm(carrier, "plane_offset_mm");
-  world.carrier_half_m = 0.5 * mm(carrier, "carrier_mm");
-  world.sample_half_m = 0.5 * mm(carrier, "sample_mm");
-  for (const auto& row : carrier.rows("tags", 4)) {
-    world.tags.push_back({static_cast<int>(row[0]), row[1] * 1e-3, row[2] * 1e-3, row[3] * 1e-3});
-  }
-  for (const auto& row : carrier.rows("patches", 5)) {
-    world.patches.push_back({row[0] * 1e-3, row[1] * 1e-3, row[2] * 1e-3, row[3] * 1e-3, row[4]});
-  }
+  world.light = read_light(settings.table("light"));
+  read_carrier(settings.table("carrier"), world);
   return world;
 }
 
@@ -92,6 +135,12 @@ double true_angle(const World& world, std::size_t axis, std::int64_t counts, boo
       base::derive_key(base::derive_key(world.seed, 1000 + axis), static_cast<std::uint64_t>(counts));
   const double error = a.repeatability_rad * (base::unit_from_bits(key) - 0.5);
   return static_cast<double>(counts) * a.resolution_rad + error + (from_above ? a.backlash_rad : 0.0);
+}
+
+double warmth(const LightWorld& light, double lit_s) {
+  if (lit_s >= light.warm_up_s) return 1;
+  const double left = 1 - std::max(0.0, lit_s) / light.warm_up_s;
+  return 1 - (1 - light.cold_share) * left * left;
 }
 
 Frame sample_frame(const World& world, const Angles& angles) {

@@ -36,11 +36,16 @@ struct CameraWorld {
   double black_dn = 0, saturation_dn = 0, electrons_per_dn = 1, read_noise_e = 0;
   std::array<double, 3> sensitivity{1, 1, 1};
   double white_fills_s = 0;  ///< exposure in which a perfect diffuser facing the light saturates green
+  int samples_per_side = 2;  ///< a pixel's radiance is the mean of this squared
   double min_exposure_s = 0, max_exposure_s = 0, readout_s = 0;
 };
 
 struct LightWorld {
-  double arm_radius_m = 0, aperture_m = 0, warm_up_s = 0;
+  double arm_radius_m = 0;
+  double aperture_m = 0;       ///< diameter
+  double warm_up_s = 0;        ///< until the lamp gives all of its level
+  double cold_share = 1;       ///< of its level that a lamp gives when it is switched on
+  bool warm_at_start = false;  ///< a new world begins with the lamp on and warm
 };
 
 struct TagWorld {
@@ -62,7 +67,7 @@ struct World {
   std::vector<PatchWorld> patches;
 };
 
-/// Reads the settings; mistakes are noted in the table.
+/// Reads the settings (docs/virtual-rig.md); mistakes are noted in the table.
 [[nodiscard]] World read_world(const base::ConfigTable& settings);
 
 /// Motor counts of an angle.
@@ -71,6 +76,9 @@ struct World {
 /// Where the axis truly stands when its readback says `counts`: the count's angle, the error of this count (a
 /// function of seed, axis and count alone), and the backlash where it came from above.
 [[nodiscard]] double true_angle(const World& world, std::size_t axis, std::int64_t counts, bool from_above);
+
+/// What a lamp gives of its level after being lit for some time: from cold_share smoothly to exactly 1.
+[[nodiscard]] double warmth(const LightWorld& light, double lit_s);
 
 /// The sample's frame and the light's centre in the bench, for true angles.
 [[nodiscard]] Frame sample_frame(const World& world, const Angles& angles);

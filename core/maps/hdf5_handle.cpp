@@ -77,9 +77,14 @@ Result<std::string> read_text(hid_t object, const std::string& name) {
   const Handle type(H5Aget_type(attribute.get()), &H5Tclose);
   if (H5Tget_class(type.get()) != H5T_STRING) return missing("attribute", name);
   if (H5Tis_variable_str(type.get()) > 0) {
-    // The character set of the file's type, since the library converts between none.
+    // The character set of the file, since the library does not convert; nothing else of a type that may be
+    // damaged.
+    const Handle in_memory = text_type(H5T_VARIABLE);
     char* text = nullptr;
-    if (H5Aread(attribute.get(), type.get(), &text) < 0 || text == nullptr) return missing("attribute", name);
+    if (H5Tset_cset(in_memory.get(), H5Tget_cset(type.get())) < 0 ||
+        H5Aread(attribute.get(), in_memory.get(), &text) < 0 || text == nullptr) {
+      return missing("attribute", name);
+    }
     std::string value(text);
     H5free_memory(text);
     return value;

@@ -1,0 +1,49 @@
+// The virtual camera: what stands before it at the trigger becomes a frame.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "drivers/api/device.h"
+#include "sim/machine.h"
+#include "sim/renderer.h"
+
+namespace rig::sim {
+
+/// A frame's pixels are a function of the world, the counts of the axes and the light at the trigger,
+/// exposure, gain, and how often this exposure and gain were triggered since arm(): never of time or of what
+/// was before.
+class VirtualCamera final : public drivers::Camera {
+ public:
+  explicit VirtualCamera(std::shared_ptr<Machine> machine);
+
+  [[nodiscard]] drivers::CameraCapabilities capabilities() const override;
+  [[nodiscard]] base::Result<void> arm() override;
+  /// The light and the axes are taken as they are now, for the whole exposure.
+  [[nodiscard]] base::Result<void> trigger(double exposure_s, double gain) override;
+  [[nodiscard]] base::Result<std::optional<drivers::FrameInfo>> fetch(
+      std::span<std::uint16_t> pixels) override;
+  [[nodiscard]] base::Result<void> abort() override;
+
+ private:
+  struct Exposure {
+    base::Time started;
+    double exposure_s, gain;
+    std::uint64_t nth;  ///< how often this setting was taken since the bracket was armed
+    Scene scene;
+  };
+
+  [[nodiscard]] std::uint64_t noise_key(const Exposure& exposure) const;
+
+  std::shared_ptr<Machine> machine_;
+  Renderer renderer_;
+  std::optional<Exposure> exposure_;
+  std::map<std::pair<double, double>, std::uint64_t> taken_;  // by exposure and gain, since armed
+  std::uint64_t counter_ = 0;
+  std::optional<Scene> rendered_scene_;
+  std::vector<float> rendered_;
+};
+
+}  // namespace rig::sim
