@@ -14,6 +14,7 @@ struct Sample {
   geometry::Vec3 incident, exitant;  ///< unit vectors in the sample frame
   std::array<double, 3> value{};     ///< BRDF, sr^-1
   std::array<double, 3> variance{};
+  bool at_least = false;  ///< saturated: the value is a lower bound
 };
 
 struct Fit {
@@ -27,8 +28,9 @@ struct Fit {
 
 /// Diffuse and one lobe: the shape by Levenberg-Marquardt with analytic derivatives on the luminance of f
 /// cos(theta_i), from McAllister's starts (2002, 4.3.1), then the colours by linear least squares, not
-/// negative. With fewer than eight samples, or where no lobe helps, the diffuse fit. Never NaN for finite
-/// samples.
+/// negative. What the samples leave open (few of them, none near the peak) a weak prior decides
+/// (docs/mathematics/fitting.md). Saturated samples count only against models below them. With fewer than
+/// eight samples the diffuse fit. Never NaN for finite samples.
 [[nodiscard]] Fit fit_lafortune(const std::vector<Sample>& samples);
 
 }  // namespace rig::appearance

@@ -25,10 +25,10 @@ std::vector<Sample> samples_of(const maps::ObservationHeader& header, const maps
   samples.reserve(header.poses.size());
   for (std::size_t p = 0; p < header.poses.size(); ++p) {
     const maps::Validity validity = block.validity[base + p];
-    if (!use[p] || (validity != maps::Validity::good && validity != maps::Validity::dark)) continue;
+    if (!use[p] || validity == maps::Validity::missing) continue;
     const Directions d = directions_at(header.poses[p], point);
     if (d.incident.z < kLowest || d.exitant.z < kLowest) continue;
-    Sample sample{d.incident, d.exitant, {}, {}};
+    Sample sample{d.incident, d.exitant, {}, {}, validity == maps::Validity::saturated};
     bool finite = true;
     for (std::size_t c = 0; c < 3; ++c) {
       sample.value[c] = static_cast<double>(block.value[3 * (base + p) + c]);

@@ -18,7 +18,7 @@ struct Directions {
 [[nodiscard]] Directions directions_at(const maps::PoseGeometry& pose, geometry::Vec3 point_m);
 
 /// Samples of texel (t, s) of the block (counted from its first), for the poses where `use` is true: those
-/// that are good or dark, with light and camera above the horizon.
+/// that are good, dark or saturated (lower bounds), with light and camera above the horizon.
 [[nodiscard]] std::vector<Sample> samples_of(const maps::ObservationHeader& header,
                                              const maps::ObservationBlock& block, int t, int s,
                                              const std::vector<bool>& use);

@@ -1,0 +1,110 @@
+// rigd is killed in the middle of a job, at moments that a seed chooses, and started again: the job goes on
+// by itself, the scan is complete, and its frames are those of an undisturbed run, byte for byte.
+#include <algorithm>
+#include <gtest/gtest.h>
+
+#include "core/base/random.h"
+#include "core/scan/verify.h"
+#include "tests/core/seed.h"
+#include "tests/system/running_rig.h"
+
+namespace rig::test {
+
+namespace {
+
+void expect_complete(const std::filesystem::path& scan) {
+  const auto report = scan::verify_scan(scan, [](std::size_t) {});
+  ASSERT_TRUE(report.has_value()) << report.error().text();
+  EXPECT_TRUE(report->complete());
+  for (const std::string& problem : report->problems) ADD_FAILURE() << problem;
+}
+
+// Ends rigd at the n-th event of the job.
+void kill_at_event(RunningRig& rig, int n) {
+  int seen = 0;
+  ASSERT_TRUE(rig.await([&](const protocol::Event& event) {
+    return (event.has_pose_started() || event.has_pose_arrived() || event.has_frame_taken() ||
+            event.has_pose_committed()) &&
+           ++seen >= n;
+  })) << rig.log();
+  EXPECT_EQ(rig.end(SIGKILL), -SIGKILL);
+}
+
+}  // namespace
+
+TEST(Crash, KilledThreeTimesTheScanIsTheSame) {
+  TemporaryFolder folder;
+  const std::string job = small_job(folder / "plan");
+  RunningRig undisturbed(folder / "undisturbed");
+  ASSERT_NO_FATAL_FAILURE(undisturbed.start());
+  undisturbed.submit(job);
+  ASSERT_EQ(undisturbed.await_job_end(), protocol::COMPLETE) << undisturbed.log();
+  EXPECT_EQ(undisturbed.end(SIGTERM), 0) << undisturbed.log();
+  expect_complete(undisturbed.scan());
+  const auto expected = frames_of(undisturbed.scan());
+  ASSERT_GE(expected.size(), 12U);
+
+  base::Random random(seed(9));
+  RunningRig rig(folder / "killed");
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  rig.submit(job);
+  for (int i = 0; i < 3; ++i) {
+    // A pose has five events: each part of its way is a moment to die at.
+    const int n = 1 + static_cast<int>(random.uniform() * 18);
+    SCOPED_TRACE(fmt::format("kill {} at event {}", i + 1, n));
+    ASSERT_NO_FATAL_FAILURE(kill_at_event(rig, n));
+    ASSERT_NO_FATAL_FAILURE(rig.start());
+  }
+  ASSERT_EQ(rig.await_job_end(), protocol::COMPLETE) << rig.log();
+  EXPECT_EQ(rig.end(SIGTERM), 0) << rig.log();
+  expect_complete(rig.scan());
+  const auto frames = frames_of(rig.scan());
+  EXPECT_EQ(frames.size(), expected.size());
+  for (const auto& [name, bytes] : expected) {
+    const auto found = frames.find(name);
+    ASSERT_NE(found, frames.end()) << name;
+    EXPECT_TRUE(found->second == bytes) << name << " differs from the undisturbed scan's";
+  }
+}
+
+TEST(Crash, AnAskedEndIsNoCrash) {
+  TemporaryFolder folder;
+  const std::string job = small_job(folder / "plan");
+  RunningRig rig(folder / "rig");
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  rig.submit(job);
+  ASSERT_TRUE(rig.await([](const protocol::Event& event) { return event.has_frame_taken(); }));
+  EXPECT_EQ(rig.end(SIGTERM), 0) << rig.log();
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  EXPECT_EQ(rig.await_job_end(), protocol::COMPLETE) << rig.log();
+  EXPECT_EQ(rig.end(SIGTERM), 0);
+  expect_complete(rig.scan());
+}
+
+TEST(Crash, AStopIsRememberedAcrossACrash) {
+  TemporaryFolder folder;
+  const std::string job = small_job(folder / "plan");
+  RunningRig rig(folder / "rig");
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  rig.submit(job);
+  ASSERT_TRUE(rig.await([](const protocol::Event& event) { return event.has_pose_arrived(); }));
+  protocol::Request stop;
+  stop.mutable_stop()->set_reason("a hand in the rig");
+  rig.expect_done(stop);
+  EXPECT_EQ(rig.end(SIGKILL), -SIGKILL);
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  protocol::Request look;
+  look.mutable_get_status();
+  const auto status = rig.expect_done(look).status();
+  EXPECT_EQ(status.mode(), protocol::STOPPED);
+  EXPECT_NE(status.stop_reason().find("a hand in the rig"), std::string::npos) << status.stop_reason();
+  EXPECT_FALSE(status.light().shutter_open());
+  protocol::Request clear;
+  clear.mutable_clear_stop();
+  rig.expect_done(clear);
+  EXPECT_EQ(rig.await_job_end(), protocol::COMPLETE) << rig.log();
+  EXPECT_EQ(rig.end(SIGTERM), 0);
+  expect_complete(rig.scan());
+}
+
+}  // namespace rig::test
