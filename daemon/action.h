@@ -25,6 +25,7 @@ struct StopAxis {
 };
 struct PollAxis {
   std::size_t axis;
+  std::uint64_t number;  ///< returned with the answer
 };
 struct ArmCamera {};
 struct TriggerCamera {
@@ -32,6 +33,7 @@ struct TriggerCamera {
 };
 struct FetchFrame {
   JointAngles angles_rad;  ///< where the rig stood, for the sample's outline
+  std::uint64_t exposure;  ///< returned with the answer
 };
 struct AbortCamera {};
 struct SetLightLevel {
@@ -40,7 +42,9 @@ struct SetLightLevel {
 struct SetShutter {
   bool open;
 };
-struct PollLight {};
+struct PollLight {
+  std::uint64_t number;  ///< returned with the answer
+};
 struct ReadLines {};
 
 struct CreateJob {

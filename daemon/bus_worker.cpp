@@ -18,10 +18,26 @@ BusWorker::~BusWorker() {
   thread_.join();
 }
 
-void BusWorker::queue(Transaction transaction) {
-  mailbox_.push(std::move(transaction));
+std::uint64_t BusWorker::dropped_before(Group group) {
+  const std::lock_guard lock(mutex_);
+  return drops_[group];
 }
-void BusWorker::queue_first(Transaction transaction) {
+
+void BusWorker::queue(Transaction transaction, Group group) {
+  if (group == 0) {
+    mailbox_.push(std::move(transaction));
+    return;
+  }
+  mailbox_.push([this, group, drops = dropped_before(group), transaction = std::move(transaction)] {
+    if (dropped_before(group) == drops) transaction();
+  });
+}
+
+void BusWorker::queue_first(Transaction transaction, Group group) {
+  if (group != 0) {
+    const std::lock_guard lock(mutex_);
+    ++drops_[group];
+  }
   mailbox_.push_front(std::move(transaction));
 }
 

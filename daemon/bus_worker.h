@@ -2,7 +2,10 @@
 // read.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <map>
+#include <mutex>
 #include <thread>
 
 #include "core/base/clock.h"
@@ -12,6 +15,8 @@ namespace rig::daemon {
 class BusWorker {
  public:
   using Transaction = std::function<void()>;
+  /// What a later transaction may make pointless: the motion of one axis, say. 0 is no group.
+  using Group = int;
 
   explicit BusWorker(base::Clock& clock);
   /// Carries out what is queued, then ends.
@@ -19,12 +24,17 @@ class BusWorker {
   BusWorker(const BusWorker&) = delete;
   BusWorker& operator=(const BusWorker&) = delete;
 
-  void queue(Transaction transaction);
-  /// Ahead of all that is queued: waits at most for the transaction in flight.
-  void queue_first(Transaction transaction);
+  void queue(Transaction transaction, Group group = 0);
+  /// Ahead of all that is queued: waits at most for the transaction in flight. What is queued of its group is
+  /// dropped: a move that was waiting for its turn must not follow the stop.
+  void queue_first(Transaction transaction, Group group = 0);
 
  private:
-  base::Mailbox<Transaction> mailbox_;  // an empty transaction ends the thread
+  [[nodiscard]] std::uint64_t dropped_before(Group group);
+
+  std::mutex mutex_;
+  std::map<Group, std::uint64_t> drops_;  // how often each group was dropped
+  base::Mailbox<Transaction> mailbox_;    // an empty transaction ends the thread
   std::thread thread_;
 };
 

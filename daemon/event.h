@@ -26,9 +26,11 @@ struct RequestReceived {
 };
 struct AxisPolled {
   std::size_t axis = 0;
+  std::uint64_t number = 0;  ///< of the PollAxis it answers
   drivers::AxisState state;
 };
 struct LightPolled {
+  std::uint64_t number = 0;  ///< of the PollLight it answers
   drivers::LightState state;
 };
 struct LinesRead {
@@ -38,8 +40,11 @@ struct LinesRead {
 struct DeviceFailed {
   std::string what;
 };
-struct FrameNotReady {};
+struct FrameNotReady {
+  std::uint64_t exposure = 0;  ///< of the FetchFrame it answers
+};
 struct FrameFetched {
+  std::uint64_t exposure = 0;  ///< of the FetchFrame it answers
   FrameSlot slot;
   drivers::FrameInfo info;
   double saturated_share = 0;

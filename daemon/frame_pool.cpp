@@ -1,5 +1,7 @@
 #include "daemon/frame_pool.h"
 
+#include <stdexcept>
+
 namespace rig::daemon {
 
 FramePool::FramePool(std::size_t slots, std::size_t pixels)
@@ -17,7 +19,10 @@ std::optional<FrameSlot> FramePool::take() {
 
 void FramePool::release(FrameSlot slot) {
   const std::lock_guard lock(mutex_);
-  used_.at(static_cast<std::size_t>(slot.index)) = false;
+  const auto i = static_cast<std::size_t>(slot.index);
+  // It may have a new holder already.
+  if (!used_.at(i)) throw std::logic_error("a frame slot was released twice");
+  used_[i] = false;
 }
 
 std::span<std::uint16_t> FramePool::pixels(FrameSlot slot) {

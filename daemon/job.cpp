@@ -43,7 +43,7 @@ void pick_job(State& state, Actions& actions) {
 void home_what_needs_it(const Setup& setup, State& state, Actions& actions) {
   std::vector<std::size_t> axes;
   for (const std::size_t i : setup.rig.home_order) {
-    if (!state.axes[i].known) return;  // the regular look will tell
+    if (!state.axes[i].known || state.axes[i].last.moving) return;  // the regular look will tell
     if (!state.axes[i].last.homed) axes.push_back(i);
   }
   if (!axes.empty()) {
@@ -52,8 +52,9 @@ void home_what_needs_it(const Setup& setup, State& state, Actions& actions) {
   }
   state.job->phase = ActiveJob::Phase::warming;
   actions.push_back(SetLightLevel{1});
-  actions.push_back(SetShutter{true});
-  actions.push_back(PollLight{});
+  if (setup.light.has_shutter) actions.push_back(SetShutter{true});
+  state.job->light_asked = ++state.last_poll;
+  actions.push_back(PollLight{state.last_poll});
 }
 
 void fail_pose(State& state, Actions& actions, const std::string& reason) {
@@ -110,6 +111,7 @@ void expose(const Setup& setup, State& state, Actions& actions, const NextExposu
   if (take.triggered == 0) actions.push_back(ArmCamera{});
   actions.push_back(TriggerCamera{next.exposure_s});
   PendingFrame frame;
+  frame.exposure = ++state.last_exposure;
   frame.row = take.row;
   frame.index = static_cast<int>(take.triggered);
   frame.exposure_s = next.exposure_s;
@@ -176,7 +178,9 @@ void advance_job(const Setup& setup, State& state, Actions& actions) {
       if (!state.motion) home_what_needs_it(setup, state, actions);
       return;
     case ActiveJob::Phase::warming:
-      if (!state.light.warm || !state.light.shutter_open) return;
+      if (state.light_read < job.light_asked || !state.light.warm ||
+          (setup.light.has_shutter && !state.light.shutter_open))
+        return;
       job.phase = ActiveJob::Phase::running;
       job.last_commit = state.now;
       break;
@@ -186,7 +190,13 @@ void advance_job(const Setup& setup, State& state, Actions& actions) {
   if (job.current) advance_bracket(setup, state, actions);
   if (job.storing) commit_when_stored(state, actions);
   if (!job.current && !job.rows.empty() && !state.motion && state.now >= job.not_before) {
-    start_pose(setup, state, actions);
+    const bool referenced = std::all_of(state.axes.begin(), state.axes.end(),
+                                        [](const AxisTrack& axis) { return axis.last.homed; });
+    if (referenced) {
+      start_pose(setup, state, actions);
+    } else if (!job.storing) {
+      job.phase = ActiveJob::Phase::homing;  // a drive that lost its reference need not cost every pose
+    }
   }
   if (!job.current && !job.storing && job.rows.empty()) {
     end_job(setup, state, actions, job.id, JobEntry::State::complete, {});
@@ -194,7 +204,8 @@ void advance_job(const Setup& setup, State& state, Actions& actions) {
 }
 
 void on_job_opened(State& state, Actions& actions, const JobOpened& opened) {
-  if (!state.job || state.job->id != opened.id) return;
+  // Opened twice where a stop came between: only the first answer begins.
+  if (!state.job || state.job->id != opened.id || state.job->phase != ActiveJob::Phase::opening) return;
   JobEntry* entry = find_job(state, opened.id);
   entry->done = opened.progress.done;
   entry->abandoned = opened.progress.abandoned;
@@ -294,10 +305,7 @@ void end_job(const Setup& setup, State& state, Actions& actions, std::uint64_t i
     for (const auto& take : {state.job->current, state.job->storing}) {
       if (take && !take->committing) actions.push_back(DiscardBracket{take->row});
     }
-    if (state.motion) {
-      for (std::size_t i = 0; i < kAxisCount; ++i) actions.push_back(StopAxis{i});
-      state.motion.reset();
-    }
+    if (state.motion) stop_axes(state, actions);
     if (state.frame) {
       actions.push_back(AbortCamera{});
       state.frame.reset();

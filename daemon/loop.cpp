@@ -12,6 +12,13 @@ namespace {
 constexpr std::size_t kRecentEvents = 20000;
 constexpr int kPreviewWidth = 400;
 
+// Groups of transactions of which the last counts (0 is none).
+BusWorker::Group motion_of(std::size_t axis) {
+  return static_cast<BusWorker::Group>(axis) + 1;
+}
+constexpr BusWorker::Group kShutter = static_cast<BusWorker::Group>(kAxisCount) + 1;
+constexpr BusWorker::Group kLevel = kShutter + 1;
+
 template <typename... Ts>
 struct Overloaded : Ts... {
   using Ts::operator()...;
@@ -52,16 +59,16 @@ void Loop::run() {
   }
 }
 
-void Loop::to_axis(std::size_t axis, bool first, std::function<base::Result<void>(drivers::Axis&)> what) {
+void Loop::to_axis(std::size_t axis, Turn turn, std::function<base::Result<void>(drivers::Axis&)> what) {
   auto transaction = [this, axis, what = std::move(what)] {
     if (auto done = what(*devices_.axes[axis]); !done) {
       post(DeviceFailed{fmt::format("axis {}: {}", machine::kAxisNames[axis], done.error().text())});
     }
   };
-  if (first) {
-    devices_.axis_workers[axis]->queue_first(std::move(transaction));
+  if (turn == Turn::stop) {
+    devices_.axis_workers[axis]->queue_first(std::move(transaction), motion_of(axis));
   } else {
-    devices_.axis_workers[axis]->queue(std::move(transaction));
+    devices_.axis_workers[axis]->queue(std::move(transaction), turn == Turn::command ? motion_of(axis) : 0);
   }
 }
 
@@ -69,14 +76,14 @@ void Loop::fetch(const FetchFrame& action) {
   devices_.camera_worker->queue([this, action] {
     const auto slot = pool_.take();
     if (!slot) {
-      post(FrameNotReady{});  // the disk is behind: asked again shortly
+      post(FrameNotReady{action.exposure});  // the disk is behind: asked again shortly
       return;
     }
     auto frame = devices_.camera->fetch(pool_.pixels(*slot));
     if (!frame || !*frame) {
       pool_.release(*slot);
       if (frame) {
-        post(FrameNotReady{});
+        post(FrameNotReady{action.exposure});
       } else {
         post(DeviceFailed{"camera: " + frame.error().text()});
       }
@@ -85,7 +92,7 @@ void Loop::fetch(const FetchFrame& action) {
     const auto outline = machine::sample_outline(setup_.rig, action.angles_rad);
     const double share = saturated_share(setup_.rig.camera, pool_.pixels(*slot),
                                          outline.value_or(std::vector<geometry::Vec2>{}));
-    post(FrameFetched{*slot, **frame, share});
+    post(FrameFetched{action.exposure, *slot, **frame, share});
   });
 }
 
@@ -134,20 +141,22 @@ void Loop::carry_out(Action& action) {
   std::visit(
       Overloaded{
           [&](const EnableAxis& a) {
-            to_axis(a.axis, false, [](drivers::Axis& x) { return x.enable(true); });
+            to_axis(a.axis, Turn::command, [](drivers::Axis& x) { return x.enable(true); });
           },
-          [&](const HomeAxis& a) { to_axis(a.axis, false, [](drivers::Axis& x) { return x.home(); }); },
+          [&](const HomeAxis& a) {
+            to_axis(a.axis, Turn::command, [](drivers::Axis& x) { return x.home(); });
+          },
           [&](const MoveAxis& a) {
-            to_axis(a.axis, false, [a](drivers::Axis& x) {
+            to_axis(a.axis, Turn::command, [a](drivers::Axis& x) {
               return x.move_to(a.target_rad, a.velocity_rad_s, a.acceleration_rad_s2);
             });
           },
-          [&](const StopAxis& a) { to_axis(a.axis, true, [](drivers::Axis& x) { return x.stop(); }); },
+          [&](const StopAxis& a) { to_axis(a.axis, Turn::stop, [](drivers::Axis& x) { return x.stop(); }); },
           [&](const PollAxis& a) {
-            to_axis(a.axis, false, [this, a](drivers::Axis& x) -> base::Result<void> {
+            to_axis(a.axis, Turn::reading, [this, a](drivers::Axis& x) -> base::Result<void> {
               auto state = x.state();
               if (!state) return base::pass(state);
-              post(AxisPolled{a.axis, *state});
+              post(AxisPolled{a.axis, a.number, *state});
               return {};
             });
           },
@@ -169,10 +178,15 @@ void Loop::carry_out(Action& action) {
             });
           },
           [&](const SetLightLevel& a) {
-            devices_.light_worker->queue([this, a] {
+            auto transaction = [this, a] {
               if (auto ok = devices_.light->set_level(a.level); !ok)
                 post(DeviceFailed{"light: " + ok.error().text()});
-            });
+            };
+            if (a.level > 0) {
+              devices_.light_worker->queue(transaction, kLevel);
+            } else {
+              devices_.light_worker->queue_first(transaction, kLevel);
+            }
           },
           [&](const SetShutter& a) {
             auto transaction = [this, a] {
@@ -180,15 +194,15 @@ void Loop::carry_out(Action& action) {
                 post(DeviceFailed{"light: " + ok.error().text()});
             };
             if (a.open) {
-              devices_.light_worker->queue(transaction);
+              devices_.light_worker->queue(transaction, kShutter);
             } else {
-              devices_.light_worker->queue_first(transaction);
+              devices_.light_worker->queue_first(transaction, kShutter);
             }
           },
-          [&](const PollLight&) {
-            devices_.light_worker->queue([this] {
+          [&](const PollLight& a) {
+            devices_.light_worker->queue([this, a] {
               if (auto state = devices_.light->state(); state) {
-                post(LightPolled{*state});
+                post(LightPolled{a.number, *state});
               } else {
                 post(DeviceFailed{"light: " + state.error().text()});
               }

@@ -34,7 +34,8 @@ class Loop {
 
  private:
   void carry_out(Action& action);
-  void to_axis(std::size_t axis, bool first, std::function<base::Result<void>(drivers::Axis&)> what);
+  enum class Turn { command, reading, stop };
+  void to_axis(std::size_t axis, Turn turn, std::function<base::Result<void>(drivers::Axis&)> what);
   void fetch(const FetchFrame& action);
   void publish(const protocol::Event& event);
   void catch_up(const SubscribeClient& action);

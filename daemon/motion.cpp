@@ -1,6 +1,7 @@
 #include "daemon/motion.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/units.h"
 #include "core/machine/motion.h"
@@ -17,6 +18,7 @@ namespace {
 constexpr double kPatience = 1.5;
 constexpr double kGrace_s = 2;
 constexpr double kPollAgain_s = 0.02;
+constexpr double kAnswer_s = 3;  // for a reading, also on a slow bus
 
 void expect(State& state, double predicted_s) {
   state.motion->poll_at = state.now + seconds(predicted_s);
@@ -63,8 +65,11 @@ std::optional<MotionEnd> end(State& state, std::string failure) {
 std::string not_there(const Setup& setup, const State& state) {
   for (std::size_t i = 0; i < kAxisCount; ++i) {
     if (!state.motion->involved[i]) continue;
+    if (!state.axes[i].last.homed) {
+      return fmt::format("axis {} lost its reference on the way", machine::kAxisNames[i]);
+    }
     const double off = state.axes[i].last.position_rad - state.motion->target_rad[i];
-    if (std::abs(off) > setup.rig.axes[i].tolerance_rad) {
+    if (!(std::abs(off) <= setup.rig.axes[i].tolerance_rad)) {
       return fmt::format(
           "axis {} stands at {:.4f} deg after its move to {:.4f} deg; {:.4f} deg are tolerated",
           machine::kAxisNames[i], degrees(state.axes[i].last.position_rad),
@@ -102,6 +107,9 @@ std::optional<MotionEnd> evaluate_move(const Setup& setup, State& state, Actions
   }
   switch (motion.leg) {
     case Motion::Leg::detour:
+      // Where the detour ended is only known now.
+      if (auto ok = may_move(setup, state, motion.involved, motion.target_rad); !ok)
+        return end(state, ok.error().text());
       motion.leg = Motion::Leg::target;
       send_axes(setup, state, actions, motion.target_rad);
       return std::nullopt;
@@ -155,6 +163,15 @@ base::Result<void> begin_move(const Setup& setup, State& state, Actions& actions
 std::optional<MotionEnd> on_axis_polled(const Setup& setup, State& state, Actions& actions,
                                         const AxisPolled& polled) {
   AxisTrack& track = state.axes[polled.axis];
+  if (polled.number <= track.outdated) return std::nullopt;
+  if (!std::isfinite(polled.state.position_rad)) {
+    track.known = false;
+    if (state.stopped.empty()) {
+      stop_everything(setup, state, actions,
+                      fmt::format("axis {} reports no position", machine::kAxisNames[polled.axis]));
+    }
+    return std::nullopt;
+  }
   track.last = polled.state;
   track.known = true;
   if (!track.last.fault.empty() && state.stopped.empty()) {
@@ -162,11 +179,10 @@ std::optional<MotionEnd> on_axis_polled(const Setup& setup, State& state, Action
                     fmt::format("axis {}: {}", machine::kAxisNames[polled.axis], track.last.fault));
     return std::nullopt;
   }
-  if (!state.motion || !state.motion->awaited[polled.axis]) return std::nullopt;
+  if (!state.motion || state.motion->awaited[polled.axis] != polled.number) return std::nullopt;
   Motion& motion = *state.motion;
-  motion.awaited[polled.axis] = false;
-  if (std::find(motion.awaited.begin(), motion.awaited.end(), true) != motion.awaited.end())
-    return std::nullopt;
+  motion.awaited[polled.axis] = 0;
+  if (answers_awaited(motion)) return std::nullopt;
   auto ended = motion.kind == Motion::Kind::homing ? evaluate_homing(setup, state, actions)
                                                    : evaluate_move(setup, state, actions);
   if (!ended && state.motion && state.now > state.motion->deadline) {
@@ -179,14 +195,28 @@ std::optional<MotionEnd> on_axis_polled(const Setup& setup, State& state, Action
   return ended;
 }
 
-void poll_motion(State& state, Actions& actions) {
-  if (!state.motion || state.now < state.motion->poll_at) return;
+bool answers_awaited(const Motion& motion) {
+  return std::any_of(motion.awaited.begin(), motion.awaited.end(), [](std::uint64_t n) { return n != 0; });
+}
+
+void poll_motion(const Setup& setup, State& state, Actions& actions) {
+  if (!state.motion) return;
   Motion& motion = *state.motion;
-  if (std::find(motion.awaited.begin(), motion.awaited.end(), true) != motion.awaited.end()) return;
+  if (answers_awaited(motion)) {
+    if (state.now < motion.answer_by) return;
+    std::string silent;
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+      if (motion.awaited[i] != 0) silent += fmt::format(" {}", machine::kAxisNames[i]);
+    }
+    stop_everything(setup, state, actions, "no answer from axis" + silent);
+    return;
+  }
+  if (state.now < motion.poll_at) return;
+  motion.answer_by = state.now + seconds(kAnswer_s);
   for (std::size_t i = 0; i < kAxisCount; ++i) {
     if (!motion.involved[i]) continue;
-    motion.awaited[i] = true;
-    actions.push_back(PollAxis{i});
+    motion.awaited[i] = ++state.last_poll;
+    actions.push_back(PollAxis{i, state.last_poll});
   }
 }
 

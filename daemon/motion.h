@@ -31,7 +31,10 @@ struct MotionEnd {
 [[nodiscard]] std::optional<MotionEnd> on_axis_polled(const Setup& setup, State& state, Actions& actions,
                                                       const AxisPolled& polled);
 
-/// Asks for readings when they are due.
-void poll_motion(State& state, Actions& actions);
+/// Asks for readings when they are due; stops everything where an answer does not come.
+void poll_motion(const Setup& setup, State& state, Actions& actions);
+
+/// Whether some axis has been asked where it is and has not answered.
+[[nodiscard]] bool answers_awaited(const Motion& motion);
 
 }  // namespace rig::daemon

@@ -99,8 +99,8 @@ void move(const Work& w, const protocol::Move& command) {
 
 void set_light(const Work& w, const protocol::SetLight& command) {
   if (w.state.job) return w.refuse("a job is running and needs the light");
-  const bool lights_up =
-      (command.has_shutter_open() && command.shutter_open()) || (command.has_on() && command.on());
+  const bool lights_up = (command.has_shutter_open() && command.shutter_open()) ||
+                         (command.has_on() && command.on()) || (command.has_level() && command.level() > 0);
   if (lights_up && !w.state.stopped.empty()) return w.refuse("the rig is stopped; clear the stop first");
   if (command.has_level() && !(command.level() >= 0 && command.level() <= 1))
     return w.refuse("a level is 0 to 1");
@@ -111,7 +111,7 @@ void set_light(const Work& w, const protocol::SetLight& command) {
   if (command.has_on()) w.actions.push_back(SetLightLevel{command.on() ? 1.0 : 0.0});
   if (command.has_level()) w.actions.push_back(SetLightLevel{command.level()});
   if (command.has_shutter_open()) w.actions.push_back(SetShutter{command.shutter_open()});
-  w.actions.push_back(PollLight{});
+  w.actions.push_back(PollLight{++w.state.last_poll});
   w.answer(protocol::DONE);
 }
 
@@ -125,6 +125,7 @@ void snap(const Work& w, const protocol::Snap& command) {
   }
   w.state.snap = Snap{w.asker, command.full()};
   PendingFrame frame;
+  frame.exposure = ++w.state.last_exposure;
   frame.exposure_s = exposure_s;
   frame.exposed = w.state.now + base::seconds(exposure_s);
   frame.fetch_at = frame.exposed + base::seconds(w.setup.camera.readout_s);

@@ -21,7 +21,12 @@ Result<void> may_move(const Setup& setup, const State& state, const std::array<b
   for (std::size_t i = 0; i < kAxisCount; ++i) {
     const AxisTrack& axis = state.axes[i];
     // Also those that stay: without a proven position nothing is known about distances.
-    if (!axis.known || !axis.last.homed) {
+    if (!axis.known || axis.last.moving) {
+      return fail(ErrorCode::refused,
+                  fmt::format("where axis {} stands is not known", machine::kAxisNames[i]), {},
+                  "it is read again in a moment");
+    }
+    if (!axis.last.homed) {
       return fail(ErrorCode::refused, fmt::format("axis {} is not homed", machine::kAxisNames[i]), {},
                   "home it first");
     }
@@ -39,8 +44,25 @@ Result<void> may_move(const Setup& setup, const State& state, const std::array<b
   return machine::check_move(setup.rig, from, to);
 }
 
-void stop_everything(const Setup& setup, State& state, Actions& actions, const std::string& reason) {
-  for (std::size_t i = 0; i < kAxisCount; ++i) actions.push_back(StopAxis{i});
+void stop_axes(State& state, Actions& actions) {
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    actions.push_back(StopAxis{i});
+    AxisTrack& axis = state.axes[i];
+    if (!axis.last.moving && !(state.motion && state.motion->involved[i])) continue;
+    axis.known = false;
+    axis.outdated = state.last_poll;
+  }
+  state.motion.reset();
+  state.look_at = state.now;
+}
+
+void drop_all(const Setup& setup, State& state, Actions& actions, const std::string& reason) {
+  const auto tell = [&](const Asker& asker) {
+    actions.push_back(SendReply{asker.client, make_reply(asker.id, protocol::FAILED, "stopped: " + reason)});
+  };
+  if (state.motion && state.motion->asker) tell(*state.motion->asker);
+  if (state.snap) tell(state.snap->asker);
+  stop_axes(state, actions);
   if (setup.light.has_shutter) {
     actions.push_back(SetShutter{false});
   } else {
@@ -48,16 +70,11 @@ void stop_everything(const Setup& setup, State& state, Actions& actions, const s
   }
   actions.push_back(AbortCamera{});
   state.frame.reset();
-  if (state.motion && state.motion->asker) {
-    actions.push_back(SendReply{state.motion->asker->client,
-                                make_reply(state.motion->asker->id, protocol::FAILED, "stopped: " + reason)});
-  }
-  if (state.snap) {
-    actions.push_back(SendReply{state.snap->asker.client,
-                                make_reply(state.snap->asker.id, protocol::FAILED, "stopped: " + reason)});
-  }
-  state.motion.reset();
   state.snap.reset();
+}
+
+void stop_everything(const Setup& setup, State& state, Actions& actions, const std::string& reason) {
+  drop_all(setup, state, actions, reason);
   if (state.job) {
     // A pose that was complete and on its way to the journal stays there; the rest is taken again after the
     // stop.

@@ -15,6 +15,12 @@ namespace rig::daemon {
                                           const std::array<bool, kAxisCount>& involved,
                                           const JointAngles& target_rad);
 
+/// Commands every axis to stop. Where those that may be moving stand is unknown until they are read at rest.
+void stop_axes(State& state, Actions& actions);
+
+/// Stops every axis, makes the light safe, ends the exposure, and answers whoever waits for any of it.
+void drop_all(const Setup& setup, State& state, Actions& actions, const std::string& reason);
+
 /// Stops every axis, makes the light safe, drops what was under way, and latches the reason until someone
 /// clears it. Stopping again only repeats the stop actions.
 void stop_everything(const Setup& setup, State& state, Actions& actions, const std::string& reason);

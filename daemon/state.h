@@ -40,6 +40,8 @@ struct Asker {
 struct AxisTrack {
   drivers::AxisState last;
   bool known = false;
+  /// Answers to polls up to this one were read before something that changed where the axis stands.
+  std::uint64_t outdated = 0;
   double target_rad = 0;
 };
 
@@ -51,11 +53,13 @@ struct Motion {
   Leg leg = Leg::target;
   std::array<bool, kAxisCount> involved{};
   JointAngles target_rad{};
-  std::vector<std::size_t> to_home;        ///< the first is homing now
-  Time poll_at{};                          ///< when to look next
-  Time deadline{};                         ///< a fault after it
-  std::array<bool, kAxisCount> awaited{};  ///< answers of the present poll that are still to come
-  std::optional<Asker> asker;              ///< whom to tell; a job's motion has none
+  std::vector<std::size_t> to_home;  ///< the first is homing now
+  Time poll_at{};                    ///< when to look next
+  Time deadline{};                   ///< a fault after it
+  /// Polls whose answers are still to come; 0: none. What an earlier poll says is about before the motion.
+  std::array<std::uint64_t, kAxisCount> awaited{};
+  Time answer_by{};            ///< a fault if an awaited answer is not there
+  std::optional<Asker> asker;  ///< whom to tell; a job's motion has none
 };
 
 /// One pose of the plan being taken: moved to, exposed, stored.
@@ -73,13 +77,15 @@ struct PoseTake {
 
 /// The exposure that the camera is making or reading out.
 struct PendingFrame {
-  std::int64_t row = -1;  ///< -1: a snap
+  std::uint64_t exposure = 0;  ///< its number; frames of an earlier one that was stopped may still come
+  std::int64_t row = -1;       ///< -1: a snap
   int index = 0;
   double exposure_s = 0;
   Time exposed{};  ///< end of the exposure
   Time fetch_at{};
   Time deadline{};
   bool fetching = false;
+  Time answer_by{};  ///< of the fetch
 };
 
 struct JobEntry {
@@ -102,6 +108,7 @@ struct ActiveJob {
   std::optional<PoseTake> current;  ///< moving or exposing
   std::optional<PoseTake> storing;  ///< exposed, not yet committed
   Time not_before{};                ///< the next pose waits until then: a retry's delay
+  std::uint64_t light_asked = 0;    ///< the poll that came after the light was set up for the job
   double seconds_per_pose = 0;      ///< smoothed, rig time
   Time last_commit{};
 };
@@ -115,9 +122,12 @@ struct State {
   Time now{};
   std::uint64_t epoch = 1;
   std::uint64_t last_event = 0;
+  std::uint64_t last_poll = 0;      ///< number of the latest PollAxis or PollLight
+  std::uint64_t last_exposure = 0;  ///< number of the latest exposure
   std::array<AxisTrack, kAxisCount> axes;
   drivers::LightState light;
   bool light_known = false;
+  std::uint64_t light_read = 0;  ///< number of the poll that told
   bool emergency_stop = false;
   std::string stopped;  ///< why the stop is latched; empty: it is not
   bool ending = false;  ///< asked to end; nothing new begins
@@ -129,7 +139,6 @@ struct State {
   std::optional<ActiveJob> job;
 
   Time look_at{};  ///< next regular look at lines, light and axes
-  bool looking = false;
 };
 
 }  // namespace rig::daemon

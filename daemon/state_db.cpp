@@ -12,10 +12,10 @@ namespace {
 
 constexpr int kStateVersion = 1;
 constexpr const char* kSchema = R"sql(
-CREATE TABLE jobs(id INTEGER PRIMARY KEY, name TEXT NOT NULL, sample TEXT NOT NULL, scan_folder TEXT NOT NULL,
+CREATE TABLE IF NOT EXISTS jobs(id INTEGER PRIMARY KEY, name TEXT NOT NULL, sample TEXT NOT NULL, scan_folder TEXT NOT NULL,
   state INTEGER NOT NULL, poses INTEGER NOT NULL, done INTEGER NOT NULL, abandoned INTEGER NOT NULL,
   retries INTEGER NOT NULL, reason TEXT NOT NULL) STRICT;
-CREATE TABLE facts(key TEXT PRIMARY KEY, value TEXT NOT NULL) STRICT;
+CREATE TABLE IF NOT EXISTS facts(key TEXT PRIMARY KEY, value TEXT NOT NULL) STRICT;
 )sql";
 
 }  // namespace
@@ -26,10 +26,9 @@ Result<StateDb> StateDb::open(const std::filesystem::path& folder) {
   auto database =
       Database::open(path, exists ? Database::Mode::write : Database::Mode::create, kStateVersion);
   if (!database) return pass(database);
-  if (!exists) {
-    auto made = database->transaction([&] { return database->execute(kSchema); });
-    if (!made) return pass(made);
-  }
+  // Also where the file exists: its maker may have died before the tables were there.
+  auto made = database->transaction([&] { return database->execute(kSchema); });
+  if (!made) return pass(made);
   return StateDb(std::move(*database));
 }
 

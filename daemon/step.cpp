@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kLookEvery_s = 0.5;  // at the lines, the light and resting axes
 constexpr double kFetchAgain_s = 0.005;
+constexpr double kFetchAnswer_s = 30;  // of a camera on a slow wire
 
 // One handler a kind of event.
 struct Handler {
@@ -47,6 +48,7 @@ struct Handler {
                          before.shutter_open != event.state.shutter_open || before.warm != event.state.warm;
     state.light = event.state;
     state.light_known = true;
+    state.light_read = event.number;
     if (!event.state.fault.empty() && state.stopped.empty()) {
       stop_everything(setup, state, actions, "the light: " + event.state.fault);
     }
@@ -72,8 +74,8 @@ struct Handler {
     publish(state, actions, std::move(alarm));
   }
 
-  void operator()(const FrameNotReady& /*event*/) const {
-    if (!state.frame) return;
+  void operator()(const FrameNotReady& event) const {
+    if (!state.frame || state.frame->exposure != event.exposure) return;
     state.frame->fetching = false;
     state.frame->fetch_at = state.now + seconds(kFetchAgain_s);
     if (state.now > state.frame->deadline)
@@ -81,7 +83,7 @@ struct Handler {
   }
 
   void operator()(const FrameFetched& event) const {
-    if (!state.frame) {
+    if (!state.frame || state.frame->exposure != event.exposure) {
       actions.push_back(ReleaseFrame{event.slot});  // of something that was stopped
       return;
     }
@@ -111,12 +113,7 @@ struct Handler {
   void operator()(const EndRequested& /*event*/) const {
     if (state.ending) return;
     state.ending = true;
-    for (std::size_t i = 0; i < kAxisCount; ++i) actions.push_back(StopAxis{i});
-    if (setup.light.has_shutter) actions.push_back(SetShutter{false});
-    actions.push_back(AbortCamera{});
-    state.motion.reset();
-    state.frame.reset();
-    state.snap.reset();
+    drop_all(setup, state, actions, "rigd is ending");
     state.job.reset();
   }
 };
@@ -125,15 +122,22 @@ void look_around(const Setup& setup, State& state, Actions& actions) {
   if (state.now < state.look_at) return;
   state.look_at = state.now + seconds(kLookEvery_s);
   if (setup.rig.emergency_stop) actions.push_back(ReadLines{});
-  actions.push_back(PollLight{});
+  actions.push_back(PollLight{++state.last_poll});
   for (std::size_t i = 0; i < kAxisCount; ++i) {
-    if (!state.motion || !state.motion->involved[i]) actions.push_back(PollAxis{i});
+    if (!state.motion || !state.motion->involved[i]) actions.push_back(PollAxis{i, ++state.last_poll});
   }
 }
 
-void fetch_frame(State& state, Actions& actions) {
-  if (!state.frame || state.frame->fetching || state.now < state.frame->fetch_at) return;
+void fetch_frame(const Setup& setup, State& state, Actions& actions) {
+  if (!state.frame) return;
+  if (state.frame->fetching) {
+    if (state.now >= state.frame->answer_by)
+      stop_everything(setup, state, actions, "the camera does not answer");
+    return;
+  }
+  if (state.now < state.frame->fetch_at) return;
   state.frame->fetching = true;
+  state.frame->answer_by = state.now + seconds(kFetchAnswer_s);
   JointAngles angles{};
   for (std::size_t i = 0; i < kAxisCount; ++i) angles[i] = state.axes[i].last.position_rad;
   // The rig may be on its way to the next pose already; the frame shows where it stood.
@@ -142,7 +146,7 @@ void fetch_frame(State& state, Actions& actions) {
       if (take && take->row == state.frame->row) angles = take->target_rad;
     }
   }
-  actions.push_back(FetchFrame{angles});
+  actions.push_back(FetchFrame{angles, state.frame->exposure});
 }
 
 }  // namespace
@@ -153,8 +157,8 @@ Step step(const Setup& setup, State state, const Event& event) {
   const auto mode = mode_of(out.state);
   std::visit(Handler{setup, out.state, out.actions}, event.what);
   advance_job(setup, out.state, out.actions);
-  poll_motion(out.state, out.actions);
-  fetch_frame(out.state, out.actions);
+  poll_motion(setup, out.state, out.actions);
+  fetch_frame(setup, out.state, out.actions);
   look_around(setup, out.state, out.actions);
   if (const auto now = mode_of(out.state); now != mode) {
     protocol::Event changed;
@@ -171,13 +175,11 @@ std::optional<Wake> next_wake(const State& state) {
     wake.at = std::min(wake.at, at);
   };
   if (state.motion) {
-    bool awaited = false;
-    for (const bool a : state.motion->awaited) awaited = awaited || a;
-    if (!awaited) consider(state.motion->poll_at);
+    consider(answers_awaited(*state.motion) ? state.motion->answer_by : state.motion->poll_at);
   }
   if (state.frame) {
     if (state.now < state.frame->exposed) consider(state.frame->exposed);
-    if (!state.frame->fetching) consider(state.frame->fetch_at);
+    consider(state.frame->fetching ? state.frame->answer_by : state.frame->fetch_at);
   }
   if (state.job) {
     if (state.job->not_before > state.now) consider(state.job->not_before);

@@ -1,0 +1,132 @@
+// The devices, the disk and the clients of rigd in memory: they carry out what step() asks for after random
+// delays and answer with events, with faults where asked for. Everything that rigd promises is checked at
+// every step.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/random.h"
+#include "daemon/frame_pool.h"
+#include "daemon/step.h"
+
+namespace rig::daemon::testing {
+
+/// How often what goes wrong, as a probability of each occasion.
+struct Faults {
+  double lost = 0;        ///< an answer that never comes
+  double refused = 0;     ///< a device that fails what it was asked
+  double garbage = 0;     ///< a reading that makes no sense
+  double off_target = 0;  ///< a move that ends elsewhere
+  double stuck = 0;       ///< a move that never ends
+  double disk = 0;        ///< the storage fails
+  double late_s = 0.002;  ///< the most that anything waits for its turn
+};
+
+class RigModel {
+ public:
+  RigModel(Setup setup, State state, std::uint64_t seed);
+
+  Faults faults;
+  bool emergency_stop = false;
+
+  /// Whatever comes next happens: a device acts, a tick, or the request that a client wants to send by then.
+  /// One call of step() at most.
+  void advance(base::Time until);
+  void request(protocol::Request request, protocol::Role role = protocol::Role::operator_);
+  void post(What what) { mailbox_.push_back(std::move(what)); }
+
+  /// A job whose plan is on the disk already.
+  void add_job(JobEntry entry, machine::JobConfig config);
+
+  [[nodiscard]] const State& state() const { return state_; }
+  [[nodiscard]] base::Time now() const { return now_; }
+  [[nodiscard]] bool idle() const { return mailbox_.empty() && queue_.empty(); }
+  [[nodiscard]] std::size_t steps() const { return steps_; }
+  [[nodiscard]] const std::vector<std::string>& broken() const { return broken_; }
+  [[nodiscard]] const std::vector<protocol::Reply>& replies() const { return replies_; }
+  [[nodiscard]] const std::vector<protocol::Event>& events() const { return events_; }
+  [[nodiscard]] const std::vector<Action>& history() const { return history_; }
+  [[nodiscard]] const std::set<int>& slots() const { return slots_; }
+  [[nodiscard]] std::vector<scan::PlanRow> plan(std::uint64_t job) const { return scans_.at(job).rows; }
+
+  /// What has to be true once nothing is under way any more.
+  void check_at_rest();
+
+ private:
+  enum Channel { kAxes, kCamera, kLight, kDisk, kChannels };
+  struct Drive {
+    double from = 0, to = 0;
+    base::Time start{}, end{};
+    bool enabled = false, homed = false, homing = false, stuck = false;
+  };
+  struct Scan {
+    machine::JobConfig config;
+    std::vector<scan::PlanRow> rows;
+  };
+  using Task = std::function<void()>;
+
+  void feed(What what);
+  void check(const State& before, const What& what, const Actions& actions);
+  void check_request_books();
+  void look_at(const Action& action);
+  void carry_out(const Action& action);
+  void on_channel(Channel channel, Task task, int axis = -1);
+  void answer(What what);
+  void drive(std::size_t axis, double to, double seconds);
+  void stop_drive(std::size_t axis);
+  [[nodiscard]] double place(std::size_t axis) const;
+  [[nodiscard]] bool moving(std::size_t axis) const;
+  void poll(std::size_t axis, std::uint64_t number);
+  void fetch(std::uint64_t exposure);
+  void to_disk(const Action& action);
+  void check_trigger();
+  void check_commit(const CommitPose& commit);
+  void replied(const protocol::ClientId& client, std::uint64_t id);
+  void release(FrameSlot slot);
+  bool chance(double p) { return random_.uniform() < p; }
+  void expect(bool holds, const std::string& what);
+
+  Setup setup_;
+  State state_;
+  base::Random random_;
+  base::Time now_{};
+  std::size_t steps_ = 0;
+  std::deque<What> mailbox_;
+  std::multimap<base::Time, Task> queue_;
+  std::array<base::Time, kChannels> free_at_{};
+  std::array<std::uint64_t, kAxisCount> stops_{};
+
+  std::array<Drive, kAxisCount> drives_;
+  std::array<drivers::AxisState, kAxisCount> told_;  // the last reading that step() had
+  double level_ = 0;
+  bool shutter_ = false;
+  base::Time lit_{};
+  bool told_emergency_ = false;
+  bool latched_ = false;
+  std::optional<std::pair<base::Time, double>> exposing_;
+  std::set<int> slots_;
+  int next_slot_ = 0;
+
+  std::map<std::uint64_t, Scan> scans_;
+  std::uint64_t open_scan_ = 0;
+  std::map<std::pair<std::int64_t, int>, bool> stored_;  // frames of the open scan, by row and index
+  std::int64_t exposed_row_ = -1;                        // whose bracket is neither committed nor discarded
+  std::vector<std::uint64_t> completed_;
+
+  std::uint64_t next_request_ = 1;
+  std::set<std::uint64_t> open_requests_;
+  std::set<std::uint64_t> creating_;
+  std::uint64_t last_event_ = 0;
+  std::vector<std::string> broken_;
+  std::vector<protocol::Reply> replies_;
+  std::vector<protocol::Event> events_;
+  std::vector<Action> history_;
+};
+
+}  // namespace rig::daemon::testing

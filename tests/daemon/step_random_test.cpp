@@ -1,0 +1,210 @@
+// step() from random states, with random requests and faults: what rigd promises holds after every step, and
+// once the faults end every job comes to its end.
+#include <cstdlib>
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "core/base/units.h"
+#include "tests/core/seed.h"
+#include "tests/daemon/rig_model.h"
+#include "tests/daemon/small_setup.h"
+
+namespace rig::daemon::testing {
+namespace {
+
+using base::seconds;
+
+// Longer runs find rarer things; sanitizers make each round slower.
+std::uint64_t rounds() {
+  const char* wanted = std::getenv("RIG_TEST_ROUNDS");
+  return wanted != nullptr ? std::strtoull(wanted, nullptr, 10) : 200;
+}
+
+machine::JobConfig random_job(base::Random& random) {
+  machine::JobConfig job = small_job(1 + random.below(5));
+  if (random.below(2) == 0) {
+    job.exposure = {};
+    job.exposure.strategy = machine::ExposureStrategy::halve;
+    job.exposure.longest_s = 0.5;
+    job.exposure.most_frames = static_cast<int>(1 + random.below(4));
+    job.exposure.saturated_share = 0.4;
+  }
+  job.retry.attempts = static_cast<int>(1 + random.below(3));
+  job.retry.delay_s = random.uniform(0, 2);
+  return job;
+}
+
+State random_state(base::Random& random) {
+  State state;
+  state.now = base::Time(seconds(1e6));
+  state.look_at = state.now;
+  state.epoch = 1 + random.below(9);
+  state.last_event = random.below(100);
+  for (AxisTrack& axis : state.axes) {
+    axis.last.position_rad = base::radians(random.uniform(10, 70));
+    axis.last.homed = random.below(3) != 0;
+    axis.last.enabled = random.below(2) == 0;
+    axis.known = random.below(2) == 0;
+  }
+  if (random.below(3) == 0) state.stopped = "it was stopped before";
+  return state;
+}
+
+std::string axis_name(base::Random& random) {
+  return random.below(12) == 0 ? "elbow" : std::string(machine::kAxisNames[random.below(kAxisCount)]);
+}
+
+protocol::Request random_request(base::Random& random, std::size_t jobs) {
+  protocol::Request request;
+  switch (random.below(19)) {
+    case 0:
+      request.mutable_get_status();
+      break;
+    case 1:
+      request.mutable_subscribe()->set_epoch(random.below(3));
+      break;
+    case 2:
+      request.mutable_unsubscribe();
+      break;
+    case 3:
+      request.mutable_home();
+      break;
+    case 4:
+      request.mutable_home()->add_axes(axis_name(random));
+      break;
+    case 5:
+    case 6:
+    case 7: {
+      auto& move = *request.mutable_move();
+      for (std::uint64_t n = random.below(5); n > 0; --n) {
+        auto& axis = *move.add_axes();
+        axis.set_axis(axis_name(random));
+        axis.set_angle_deg(random.below(20) == 0   ? std::numeric_limits<double>::quiet_NaN()
+                           : random.below(10) == 0 ? random.uniform(-1e4, 1e4)
+                                                   : random.uniform(-60, 170));
+      }
+      break;
+    }
+    case 8:
+      request.mutable_stop()->set_reason(random.below(2) == 0 ? "" : "somebody came in");
+      break;
+    case 9:
+    case 10:
+    case 11:
+      request.mutable_clear_stop();
+      break;
+    case 12: {
+      auto& light = *request.mutable_set_light();
+      if (random.below(2) == 0) light.set_on(random.below(2) == 0);
+      if (random.below(2) == 0) light.set_shutter_open(random.below(2) == 0);
+      if (random.below(2) == 0) light.set_level(random.uniform(-0.3, 1.3));
+      break;
+    }
+    case 13:
+      request.mutable_snap()->set_exposure_us(random.below(5) == 0 ? -1 : random.uniform(50, 2e6));
+      break;
+    case 14: {
+      auto& submit = *request.mutable_submit_job();
+      submit.set_job_toml(random.below(4) == 0 ? "nonsense = ["
+                                               : machine::format_job_config(random_job(random), "a test"));
+      submit.set_scan_folder(random.below(6) == 0 ? "relative" : "/scan");
+      break;
+    }
+    case 15:
+      request.mutable_list_jobs();
+      break;
+    case 16:
+      request.mutable_show_job()->set_job(random.below(jobs + 2));
+      break;
+    case 17:
+      if (random.below(3) == 0) request.mutable_abort_job()->set_job(random.below(jobs + 2));
+      break;
+    default:
+      break;  // no command
+  }
+  return request;
+}
+
+bool all_jobs_ended(const State& state) {
+  for (const JobEntry& job : state.jobs) {
+    if (job.state == JobEntry::State::queued || job.state == JobEntry::State::active) return false;
+  }
+  return true;
+}
+
+Faults random_faults(base::Random& random) {
+  const auto sometimes = [&](double p) { return random.below(2) == 0 ? 0.0 : random.uniform(0, p); };
+  Faults faults;
+  faults.lost = sometimes(0.003);
+  faults.refused = sometimes(0.003);
+  faults.garbage = sometimes(0.003);
+  faults.off_target = sometimes(0.2);
+  faults.stuck = sometimes(0.02);
+  faults.disk = sometimes(0.03);
+  faults.late_s = random.below(3) == 0 ? 1 : 0.01;
+  return faults;
+}
+
+TEST(StepFromRandomStates, KeepsItsPromises) {
+  base::Random random(test::seed(20260101));
+  std::size_t steps = 0;
+  std::size_t frames = 0;
+  for (std::uint64_t round = 0; round < rounds(); ++round) {
+    daemon::Setup setup = small_setup();
+    setup.light.has_shutter = random.below(4) != 0;
+    setup.camera.overlaps_motion = random.below(3) != 0;
+    RigModel model(setup, random_state(random), random.bits());
+    const std::uint64_t jobs = random.below(3);
+    for (std::uint64_t id = 1; id <= jobs; ++id) {
+      JobEntry entry;
+      entry.id = id;
+      entry.state = random.below(3) == 0 ? JobEntry::State::active : JobEntry::State::queued;
+      model.add_job(entry, random_job(random));
+    }
+    model.faults = random_faults(random);
+    const double pause_s = random.below(2) == 0 ? 0.2 : 20;
+    base::Time next_request = model.now();
+    const auto run = [&](bool calm, std::size_t most, const auto& until) {
+      for (const std::size_t end = model.steps() + most; model.steps() < end && !until();) {
+        const base::Time due = next_request;
+        model.advance(due);
+        if (model.now() < due) continue;
+        next_request = model.now() + seconds(random.uniform(0, 2 * pause_s));
+        if (!calm) {
+          if (random.below(40) == 0) model.emergency_stop = !model.emergency_stop;
+          model.request(random_request(random, model.state().jobs.size()),
+                        random.below(5) == 0 ? protocol::Role::observer : protocol::Role::operator_);
+        } else if (!model.state().stopped.empty()) {
+          protocol::Request clear;
+          clear.mutable_clear_stop();
+          model.request(clear);
+        }
+        if (!model.broken().empty()) return;
+      }
+    };
+    run(false, 2500, [] { return false; });
+    model.faults = Faults{};
+    model.emergency_stop = false;
+    run(true, 20000, [&] {
+      return all_jobs_ended(model.state()) && !model.state().motion && !model.state().snap && model.idle();
+    });
+    ASSERT_TRUE(model.broken().empty()) << "round " << round << ", " << model.broken().front();
+    if (!all_jobs_ended(model.state())) {
+      const auto& ev = model.events();
+      for (size_t i = ev.size() > 25 ? ev.size() - 25 : 0; i < ev.size(); ++i)
+        printf("job %d phase %d motion %d frame %d stop %s\n", (int)!!model.state().job,
+               model.state().job ? (int)model.state().job->phase : -1, (int)!!model.state().motion,
+               (int)!!model.state().frame, model.state().stopped.c_str());
+    }
+    ASSERT_TRUE(all_jobs_ended(model.state())) << "round " << round << ": a job never ends";
+    model.check_at_rest();
+    ASSERT_TRUE(model.broken().empty()) << "round " << round << ", " << model.broken().front();
+    steps += model.steps();
+    for (const auto& event : model.events()) frames += event.has_frame_taken() ? 1 : 0;
+  }
+  std::printf("%zu steps, %zu frames\n", steps, frames);
+  EXPECT_GT(frames, rounds());  // the randomness must not keep everything from happening
+}
+
+}  // namespace
+}  // namespace rig::daemon::testing
