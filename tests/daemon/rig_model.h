@@ -41,6 +41,8 @@ class RigModel {
   void request(protocol::Request request, protocol::Role role = protocol::Role::operator_);
   void post(What what) { mailbox_.push_back(std::move(what)); }
 
+  void lose_reference(std::size_t axis) { drives_[axis].homed = false; }
+
   /// A job whose plan is on the disk already.
   void add_job(JobEntry entry, machine::JobConfig config);
 

@@ -1,0 +1,114 @@
+#include "daemon/state_db.h"
+
+#include <gtest/gtest.h>
+
+#include "core/base/random.h"
+#include "tests/core/seed.h"
+#include "tests/core/temporary_folder.h"
+
+namespace rig::daemon {
+namespace {
+
+JobEntry some_job(std::uint64_t id) {
+  JobEntry job;
+  job.id = id;
+  job.name = "it's a \"job\"; DROP TABLE jobs";
+  job.sample = "wool \xc3\xa9";
+  job.scan_folder = "/scans/1";
+  job.state = JobEntry::State::failed;
+  job.poses = 300;
+  job.done = 12;
+  job.abandoned = 3;
+  job.retries = 4;
+  job.reason = "two\nlines";
+  return job;
+}
+
+TEST(StateDb, RemembersEverything) {
+  const test::TemporaryFolder folder;
+  {
+    auto db = StateDb::open(folder.path());
+    ASSERT_TRUE(db.has_value()) << db.error().text();
+    EXPECT_EQ(db->begin_epoch().value(), 1U);
+    EXPECT_EQ(db->next_job_id().value(), 1U);
+    EXPECT_EQ(db->stopped().value(), "");
+    ASSERT_TRUE(db->save_job(some_job(1)).has_value());
+    auto second = some_job(2);
+    ASSERT_TRUE(db->save_job(second).has_value());
+    second.state = JobEntry::State::active;
+    ASSERT_TRUE(db->save_job(second).has_value());
+    ASSERT_TRUE(db->save_stopped("somebody's coat").has_value());
+  }
+  auto db = StateDb::open(folder.path());
+  ASSERT_TRUE(db.has_value()) << db.error().text();
+  EXPECT_EQ(db->begin_epoch().value(), 2U);
+  EXPECT_EQ(db->next_job_id().value(), 3U);
+  EXPECT_EQ(db->stopped().value(), "somebody's coat");
+  const auto jobs = db->jobs();
+  ASSERT_TRUE(jobs.has_value());
+  ASSERT_EQ(jobs->size(), 2U);
+  const JobEntry& job = jobs->at(0);
+  const JobEntry expected = some_job(1);
+  EXPECT_EQ(job.id, 1U);
+  EXPECT_EQ(job.name, expected.name);
+  EXPECT_EQ(job.sample, expected.sample);
+  EXPECT_EQ(job.scan_folder, expected.scan_folder);
+  EXPECT_EQ(job.state, expected.state);
+  EXPECT_EQ(job.poses, 300);
+  EXPECT_EQ(job.done, 12);
+  EXPECT_EQ(job.abandoned, 3);
+  EXPECT_EQ(job.retries, 4);
+  EXPECT_EQ(job.reason, expected.reason);
+  EXPECT_EQ(jobs->at(1).state, JobEntry::State::active);
+  ASSERT_TRUE(db->save_stopped("").has_value());
+  EXPECT_EQ(db->stopped().value(), "");
+}
+
+TEST(StateDb, OpensWhatItsMakerLeftUnfinished) {
+  const test::TemporaryFolder folder;
+  test::put_bytes(folder / "state.sqlite", "");  // died between making the file and its tables
+  auto db = StateDb::open(folder.path());
+  ASSERT_TRUE(db.has_value()) << db.error().text();
+  EXPECT_TRUE(db->save_job(some_job(1)).has_value());
+}
+
+TEST(StateDb, SaysThatAFileIsDamagedOrNone) {
+  const test::TemporaryFolder folder;
+  test::put_bytes(folder / "state.sqlite", std::string(5000, 'x'));
+  EXPECT_FALSE(StateDb::open(folder.path()).has_value());
+  EXPECT_FALSE(StateDb::open(folder / "nowhere").has_value());
+}
+
+// An error, or all of it.
+TEST(StateDb, LosesNothingSilentlyFromATornFile) {
+  const test::TemporaryFolder made;
+  {
+    auto db = StateDb::open(made.path());
+    ASSERT_TRUE(db.has_value());
+    for (std::uint64_t id = 1; id <= 40; ++id) ASSERT_TRUE(db->save_job(some_job(id)).has_value());
+  }
+  const std::string whole = test::bytes_in(made / "state.sqlite");
+  ASSERT_GT(whole.size(), 8000U);
+  base::Random random(test::seed(9));
+  int errors = 0;
+  for (int round = 0; round < 60; ++round) {
+    const test::TemporaryFolder folder;
+    const auto length = static_cast<std::size_t>(1 + random.below(whole.size() - 1));
+    test::put_bytes(folder / "state.sqlite", whole.substr(0, length));
+    const auto db = StateDb::open(folder.path());
+    if (!db) {
+      ++errors;
+      EXPECT_FALSE(db.error().text().empty());
+      continue;
+    }
+    // What was torn off was empty space.
+    const auto jobs = db->jobs();
+    ASSERT_TRUE(jobs.has_value());
+    ASSERT_EQ(jobs->size(), 40U) << length << " of " << whole.size() << " bytes";
+    for (const JobEntry& job : *jobs) EXPECT_EQ(job.reason, some_job(1).reason);
+  }
+  EXPECT_GT(errors, 30);
+}
+
+}  // namespace
+}  // namespace rig::daemon
