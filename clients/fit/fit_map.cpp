@@ -11,6 +11,7 @@
 namespace rig::fit {
 
 using appearance::Fit;
+using base::ErrorCode;
 using base::Result;
 
 namespace {
@@ -29,12 +30,43 @@ std::vector<double> values_of(const Fit& fit) {
           m.cx,       m.cy,       m.cz,       m.n,        fit.residual, static_cast<double>(fit.count)};
 }
 
+// What would cost the whole fit, or the observations themselves, if it were noticed only at the end.
+Result<void> check(const Options& options) {
+  if (options.model != "lafortune" && options.model != "diffuse") {
+    return base::fail(ErrorCode::bad_input, "there is no model '" + options.model + "'", {},
+                      "lafortune or diffuse");
+  }
+  if (options.leave_out < 0 || options.leave_out == 1) {
+    return base::fail(ErrorCode::bad_input,
+                      fmt::format("holding every {}th pose out leaves nothing to fit to", options.leave_out),
+                      {}, "0 holds none out, 10 every tenth");
+  }
+  std::error_code absent;
+  if (std::filesystem::equivalent(options.out, options.observation, absent)) {
+    return base::fail(ErrorCode::refused, "is the observation map itself", options.out.string(),
+                      "name another file to write to");
+  }
+  if (std::filesystem::is_directory(options.out, absent)) {
+    return base::fail(ErrorCode::refused, "is a folder; a file cannot take its place", options.out.string());
+  }
+  const std::filesystem::path folder = options.out.parent_path();
+  if (!folder.empty() && !std::filesystem::is_directory(folder, absent)) {
+    return base::fail(ErrorCode::not_found, "there is no such folder to write into", folder.string());
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<void> fit_map(const Options& options) {
+  if (auto ok = check(options); !ok) return ok;
   auto reader = maps::ObservationReader::open(options.observation);
   if (!reader) return base::pass(reader);
   const maps::ObservationHeader& header = reader->header();
+  if (header.quantity != maps::Quantity::brdf) {
+    return base::fail(ErrorCode::bad_input, "holds radiance; these models are of the BRDF",
+                      options.observation.string());
+  }
   std::vector<bool> use(header.poses.size(), true);
   std::string held_out;
   for (std::size_t p = 0; p < use.size(); ++p) {
