@@ -1,7 +1,9 @@
 #include "clients/report/figures.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "appearance/texel.h"
@@ -16,7 +18,7 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double kRough = 0.08;  // SGD alpha from which a region counts as rough
+constexpr float kRough = 0.08F;  // SGD alpha from which a region counts as rough; as exact as a map is
 constexpr double kSteepest_deg = 60;
 constexpr std::array<double, 3> kLuminance{0.2126, 0.7152, 0.0722};
 
@@ -35,6 +37,20 @@ Vec3 seen_at(const RigidTransform& truth, const RigidTransform& registered, Vec3
   const Vec3 centre = sample_from_camera.translation;
   const Vec3 ray = sample_from_camera.direction(truth.point(point));
   return centre + (-centre.z / ray.z) * ray;
+}
+
+// The whole text as a number from 0 on.
+std::optional<int> natural_number(const std::string& text) {
+  int number = 0;
+  const char* end = text.data() + text.size();
+  const auto [stopped, error] = std::from_chars(text.data(), end, number);
+  if (error != std::errc() || stopped != end || number < 0) return std::nullopt;
+  return number;
+}
+
+// Texels along an edge of which every so manieth is known.
+int coarse(int texels, int every) {
+  return (texels - 1) / every + 1;
 }
 
 }  // namespace
@@ -77,7 +93,8 @@ Result<View> make_view(const maps::ObservationReader& observation, int pose,
       const std::size_t texel = block->texel_index(t, s);
       const auto d = appearance::directions_at(geometry, grid.centre(s, t));
       if (d.incident.z <= 0 || d.exitant.z <= 0) continue;
-      const bool seen = block->validity[texel] == maps::Validity::good;
+      const maps::Validity validity = block->validity[texel];
+      const bool seen = validity == maps::Validity::good || validity == maps::Validity::dark;
       for (std::size_t c = 0; c < 3; ++c) {
         view.photograph.rgb[3 * texel + c] =
             static_cast<float>(static_cast<double>(block->value[3 * texel + c]) * d.incident.z);
@@ -121,10 +138,15 @@ Result<TruthFigures> compare_with_truth(const maps::ObservationReader& observati
   const maps::ObservationHeader& header = observation.header();
   const maps::ObservationHeader& true_header = truth->header();
   const auto found = true_header.provenance.find("every");
-  const int every = found != true_header.provenance.end() ? std::atoi(found->second.c_str()) : 0;
-  if (every <= 0 || true_header.poses.size() != header.poses.size() ||
-      true_header.columns != (header.columns + every - 1) / every ||
-      true_header.rows != (header.rows + every - 1) / every) {
+  const int every = found != true_header.provenance.end() ? natural_number(found->second).value_or(0) : 0;
+  const auto same_row = [](const maps::PoseGeometry& a, const maps::PoseGeometry& b) {
+    return a.row == b.row;
+  };
+  if (every <= 0 || true_header.columns != coarse(header.columns, every) ||
+      true_header.rows != coarse(header.rows, every) || true_header.width_m != header.width_m ||
+      true_header.height_m != header.height_m ||
+      !std::equal(header.poses.begin(), header.poses.end(), true_header.poses.begin(),
+                  true_header.poses.end(), same_row)) {
     return base::fail(base::ErrorCode::bad_input, "is not the truth of this observation map", path.string(),
                       "make it with rig virtual-truth --like");
   }
@@ -146,7 +168,8 @@ Result<TruthFigures> compare_with_truth(const maps::ObservationReader& observati
       ++points;
     }
   }
-  figures.registration_rms_mm = 1e3 * std::sqrt(sum / static_cast<double>(std::max<std::size_t>(points, 1)));
+  constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
+  figures.registration_rms_mm = points > 0 ? 1e3 * std::sqrt(sum / static_cast<double>(points)) : kNotKnown;
   std::vector<float> errors;
   for (int t = 0; t < true_header.rows; ++t) {
     auto measured = observation.read(t * every, 1, 0, header.columns);
@@ -166,7 +189,7 @@ Result<TruthFigures> compare_with_truth(const maps::ObservationReader& observati
     }
   }
   figures.values = errors.size();
-  figures.reflectance_error = percentile(std::move(errors), 0.5);
+  figures.reflectance_error = errors.empty() ? kNotKnown : percentile(std::move(errors), 0.5);
   return figures;
 }
 
@@ -174,8 +197,11 @@ std::vector<int> held_out_poses(const maps::ParameterMap& map) {
   std::vector<int> poses;
   const auto found = map.attributes.find("held_out");
   if (found == map.attributes.end()) return poses;
-  std::istringstream numbers(found->second);
-  for (int pose = 0; numbers >> pose;) poses.push_back(pose);
+  std::istringstream words(found->second);
+  for (std::string word; words >> word;) {
+    const auto pose = natural_number(word);
+    if (pose && std::find(poses.begin(), poses.end(), *pose) == poses.end()) poses.push_back(*pose);
+  }
   return poses;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "appearance/texel.h"
@@ -14,6 +15,7 @@
 
 namespace rig::report {
 
+using base::ErrorCode;
 using base::pass;
 using base::Result;
 
@@ -172,18 +174,35 @@ Result<std::string> plots(const maps::ObservationReader& observation, const maps
   return html + "</div>\n";
 }
 
-std::vector<int> chosen_views(const maps::ObservationReader& observation, const maps::ParameterMap& map) {
+// The poses held out of a map that this observation map has.
+std::vector<int> held_out_of(const maps::ParameterMap& map, std::size_t count) {
   std::vector<int> poses = held_out_poses(map);
-  const int count = static_cast<int>(observation.header().poses.size());
-  poses.erase(std::remove_if(poses.begin(), poses.end(), [count](int p) { return p < 0 || p >= count; }),
+  poses.erase(std::remove_if(poses.begin(), poses.end(),
+                             [count](int p) { return static_cast<std::size_t>(p) >= count; }),
               poses.end());
-  for (int p = 0; poses.empty() && p < count; ++p) poses.push_back(p);
   return poses;
+}
+
+// Refuses to write over what the report is made from.
+Result<void> check(const Options& options) {
+  if (options.maps.empty()) return base::fail(ErrorCode::bad_input, "a report needs a parameter map");
+  std::vector<std::filesystem::path> sources = options.maps;
+  sources.push_back(options.observation);
+  if (!options.truth.empty()) sources.push_back(options.truth);
+  for (const auto& source : sources) {
+    std::error_code absent;
+    if (std::filesystem::equivalent(options.out, source, absent)) {
+      return base::fail(ErrorCode::refused, "is what the report is made from", options.out.string(),
+                        "name another file to write to");
+    }
+  }
+  return {};
 }
 
 }  // namespace
 
 Result<std::vector<Figure>> write_report(const Options& options) {
+  if (auto ok = check(options); !ok) return pass(ok);
   auto observation = maps::ObservationReader::open(options.observation);
   if (!observation) return pass(observation);
   const maps::ObservationHeader& header = observation->header();
@@ -192,7 +211,7 @@ Result<std::vector<Figure>> write_report(const Options& options) {
     auto map = maps::read_parameter_map(path);
     if (!map) return pass(map);
     if (map->columns != header.columns || map->rows != header.rows || map->find("rho_d.R") == nullptr) {
-      return base::fail(base::ErrorCode::bad_input, "was not fitted to this observation map", path.string());
+      return base::fail(ErrorCode::bad_input, "was not fitted to this observation map", path.string());
     }
     maps.push_back(std::move(*map));
   }
@@ -207,6 +226,10 @@ Result<std::vector<Figure>> write_report(const Options& options) {
     std::filesystem::path path = options.truth;
     auto read = maps::read_parameter_map(path.replace_extension("regions.exr"));
     if (!read) return pass(read);
+    if (read->columns != header.columns || read->rows != header.rows) {
+      return base::fail(ErrorCode::bad_input, "is not of this observation map", path.string(),
+                        "make it with rig virtual-truth --like");
+    }
     regions = std::move(*read);
     truth_html = fmt::format(
         "<p>{} poses of at most 60 degrees entered the registration's figure, {} values the "
@@ -223,7 +246,12 @@ Result<std::vector<Figure>> write_report(const Options& options) {
   }
   table += "</tr>\n";
   std::vector<double> rough(maps.size(), 0.0);
-  const std::vector<int> poses = chosen_views(*observation, maps.front());
+  const std::vector<int> held_out = held_out_of(maps.front(), header.poses.size());
+  std::vector<int> poses = held_out;
+  if (poses.empty()) {
+    poses.resize(header.poses.size());
+    std::iota(poses.begin(), poses.end(), 0);
+  }
   base::Progress progress("report", poses.size(), "views");
   for (std::size_t i = 0; i < poses.size(); ++i) {
     if (base::interrupted()) return base::interrupted_error("no report was written");
@@ -274,13 +302,13 @@ Result<std::vector<Figure>> write_report(const Options& options) {
       "<p>{} x {} texels over {:.1f} x {:.1f} mm, {} poses, {} of them held out of the fit. Values are "
       "{}.</p>\n",
       header.columns, header.rows, 1e3 * header.width_m, 1e3 * header.height_m, header.poses.size(),
-      held_out_poses(maps.front()).size(), header.absolute ? "BRDF in sr^-1" : "relative BRDF");
+      held_out.size(), header.absolute ? "BRDF in sr^-1" : "relative BRDF");
   if (!figures.empty()) {
     html +=
         "<h2>Against the truth of the virtual "
         "rig</h2><table><tr><th>figure</th><th>value</th><th>limit</th></tr>\n";
     for (const Figure& f : figures) {
-      html += fmt::format("<tr><td>{}</td><td class=\"{}\">{:.4f}</td><td>{} {}</td></tr>\n", f.name,
+      html += fmt::format("<tr><td>{}</td><td class=\"{}\">{:.4f}</td><td>{} {}</td></tr>\n", escaped(f.name),
                           f.met() ? "ok" : "missed", f.value, f.at_least ? "at least" : "at most", f.limit);
     }
     html += "</table>" + truth_html;
