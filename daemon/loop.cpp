@@ -4,6 +4,7 @@
 #include "core/machine/kinematics.h"
 #include "daemon/frame_facts.h"
 #include "daemon/messages.h"
+#include "daemon/safety.h"
 
 namespace rig::daemon {
 
@@ -48,6 +49,12 @@ void Loop::attach(Storage& storage, protocol::Server& server) {
 void Loop::run() {
   state_.now = clock_.now();
   state_.look_at = state_.now;
+  if (!state_.stopped.empty()) {
+    // The rigd that latched the stop may have died before the devices were told.
+    Actions again;
+    drop_all(setup_, state_, again, state_.stopped);
+    for (Action& action : again) carry_out(action);
+  }
   while (!state_.ending) {
     const auto wake = next_wake(state_);
     auto event = mailbox_.pop(wake ? std::optional(wake->at) : std::nullopt,
@@ -55,7 +62,16 @@ void Loop::run() {
     if (!event) event = Event{clock_.now(), Tick{}};
     Step next = step(setup_, std::move(state_), *event);
     state_ = std::move(next.state);
-    for (Action& action : next.actions) carry_out(action);
+    // What rigd has to remember is on the disk before anybody is told.
+    bool saves = false;
+    for (Action& action : next.actions) {
+      saves = saves || std::holds_alternative<SaveStop>(action) || std::holds_alternative<SaveJob>(action);
+      if (saves && std::holds_alternative<SendReply>(action)) {
+        storage_->queue(std::move(action));
+      } else {
+        carry_out(action);
+      }
+    }
   }
 }
 

@@ -140,8 +140,13 @@ Result<void> run(const Options& options) {
       });
   if (!server) return pass(server);
   {
-    Storage storage(*clock, camera, std::move(*rig_toml), std::move(*db), pool,
-                    [&loop](What what) { loop.post(std::move(what)); });
+    Storage storage(
+        *clock, camera, std::move(*rig_toml), std::move(*db), pool,
+        [&loop](What what) { loop.post(std::move(what)); },
+        [&server](const Action& answer) {
+          const auto& reply = std::get<SendReply>(answer);
+          (*server)->reply(reply.client, reply.reply);
+        });
     loop.attach(storage, **server);
     const SignalThread signals(loop);
     base::log_info("{}: ready at {}", name, fs::absolute(options.runtime_folder).string());

@@ -8,13 +8,14 @@ namespace rig::daemon {
 using base::Result;
 
 Storage::Storage(base::Clock& clock, const machine::CameraConfig& camera, std::string rig_toml, StateDb db,
-                 FramePool& pool, Report report)
+                 FramePool& pool, Report report, PassOn pass_on)
     : clock_(clock),
       camera_(camera),
       rig_toml_(std::move(rig_toml)),
       db_(std::move(db)),
       pool_(pool),
       report_(std::move(report)),
+      pass_on_(std::move(pass_on)),
       mailbox_(clock) {
   thread_ = std::thread([this, member = base::ClockMember(clock)] { run(); });
 }
@@ -55,6 +56,7 @@ void Storage::carry_out(const Action& action) {
     if (journal_) check(journal_->record_failure(failure->row, failure->reason, failure->abandon, {}));
     return;
   }
+  if (std::holds_alternative<SendReply>(action)) return pass_on_(action);
   base::log_error("an action came to the storage that does not belong there");
 }
 

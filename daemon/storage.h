@@ -18,17 +18,18 @@ namespace rig::daemon {
 class Storage {
  public:
   using Report = std::function<void(What)>;
+  using PassOn = std::function<void(const Action&)>;
 
   /// `rig_toml` is the text of the file rigd runs on, copied into every scan.
   Storage(base::Clock& clock, const machine::CameraConfig& camera, std::string rig_toml, StateDb db,
-          FramePool& pool, Report report);
+          FramePool& pool, Report report, PassOn pass_on);
   /// Carries out what is queued, then ends.
   ~Storage();
   Storage(const Storage&) = delete;
   Storage& operator=(const Storage&) = delete;
 
   /// One of CreateJob, OpenJob, SaveJob, StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, or
-  /// an action to be passed on once all that was queued before it is on the disk.
+  /// an answer to be passed on once all that was queued before it is on the disk.
   void queue(Action action);
 
  private:
@@ -46,6 +47,7 @@ class Storage {
   StateDb db_;
   FramePool& pool_;
   Report report_;
+  PassOn pass_on_;
   std::filesystem::path scan_;
   std::optional<scan::Journal> journal_;
   base::Mailbox<std::optional<Action>> mailbox_;
