@@ -116,9 +116,10 @@ struct Server::State {
     wake();
     if (thread.joinable()) thread.join();
     if (wake_fd >= 0) ::close(wake_fd);
-    for (const Endpoint& e : kEndpoints) {
+    // Those that were bound here: where the start failed the others may belong to another rigd.
+    for (std::size_t i = 0; i < sockets.size(); ++i) {
       std::error_code already_gone;
-      fs::remove(options.folder / e.file, already_gone);
+      fs::remove(options.folder / kEndpoints.at(i).file, already_gone);
     }
   }
 
