@@ -1,7 +1,9 @@
 #include "clients/rig/commands.h"
+
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <span>
 
 #include "clients/rig/format.h"
 #include "core/base/files.h"
@@ -11,6 +13,7 @@
 #include "protocol/client.h"
 
 // Last: it defines macros that hide the byte swaps of the system, which Protocol Buffers uses.
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 namespace rig::client {
@@ -42,15 +45,20 @@ Result<void> only_done(const Result<Reply>& reply) {
   return {};
 }
 
+// Encoded in memory, so that on disk it is there whole or not at all.
 Result<void> write_image(const std::string& out, int width, int height, int channels, OIIO::TypeDesc type,
                          const void* data) {
+  if (width <= 0 || height <= 0) return fail(ErrorCode::damaged, "rigd's answer holds no image");
   auto file = OIIO::ImageOutput::create(out);
   if (!file) return fail(ErrorCode::bad_input, "cannot write this kind of image", out, ".png or .tif");
+  std::vector<unsigned char> bytes;
+  OIIO::Filesystem::IOVecOutput sink(bytes);
   const OIIO::ImageSpec spec(width, height, channels, type);
-  if (!file->open(out, spec) || !file->write_image(type, data) || !file->close()) {
+  if (!file->set_ioproxy(&sink) || !file->open(out, spec) || !file->write_image(type, data) ||
+      !file->close()) {
     return fail(ErrorCode::io, file->geterror(), out);
   }
-  return {};
+  return base::write_file_durably(out, std::as_bytes(std::span(bytes)));
 }
 
 }  // namespace

@@ -13,6 +13,11 @@ namespace {
 
 constexpr const char* kPrefix = "rig-";
 
+bool is_program(const fs::path& file) {
+  std::error_code absent;
+  return fs::is_regular_file(file, absent) && ::access(file.c_str(), X_OK) == 0;
+}
+
 std::vector<fs::path> folders() {
   std::vector<fs::path> out;
   std::error_code error;
@@ -32,7 +37,7 @@ std::optional<fs::path> find_program(const std::string& name) {
   if (name.empty() || name.find('/') != std::string::npos) return std::nullopt;
   for (const fs::path& folder : folders()) {
     const fs::path candidate = folder / (kPrefix + name);
-    if (::access(candidate.c_str(), X_OK) == 0) return candidate;
+    if (is_program(candidate)) return candidate;
   }
   return std::nullopt;
 }
@@ -43,7 +48,7 @@ std::vector<std::string> programs() {
     std::error_code unreadable_is_empty;
     for (const auto& entry : fs::directory_iterator(folder, unreadable_is_empty)) {
       const std::string file = entry.path().filename().string();
-      if (file.rfind(kPrefix, 0) == 0 && ::access(entry.path().c_str(), X_OK) == 0) {
+      if (file.rfind(kPrefix, 0) == 0 && is_program(entry.path())) {
         names.insert(file.substr(std::string(kPrefix).size()));
       }
     }

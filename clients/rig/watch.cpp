@@ -60,28 +60,41 @@ class Watch {
 
   Result<void> run() {
     while (!base::interrupted()) {
-      auto ended = follow_one_connection();
+      const auto next = follow_one_connection();
       screen_.clear();
-      if (ended && *ended) return verdict();
-      if (!ended && ended.error().code != ErrorCode::timeout) return base::pass(ended);
-      if (!ended) screen_.progress(ended.error().text() + "; trying again");
+      if (next && *next == Next::end) return verdict();
+      if (!next && next.error().code != ErrorCode::timeout) return base::pass(next);
+      if (!next) screen_.progress(next.error().text() + "; trying again");
     }
     screen_.clear();
     return base::interrupted_error("rigd goes on without being watched");
   }
 
  private:
-  // True: idle, and that was asked for. A time-out: rigd does not answer.
-  Result<bool> follow_one_connection() {
+  // `end`: idle, and that was asked for. `reconnect`: rigd was started again and knows of no subscription.
+  enum class Next { go_on, reconnect, end };
+
+  // What was not done is an Error: a refusal must not look like a rig without jobs.
+  static Result<protocol::Reply> ask(protocol::Client& client, const protocol::Request& request) {
+    auto reply = client.ask(request, kAnswer);
+    if (!reply || reply->outcome() == protocol::DONE) return reply;
+    const bool refused = reply->outcome() == protocol::REFUSED;
+    return base::fail(refused ? ErrorCode::refused : ErrorCode::device,
+                      fmt::format("{}: {}", refused ? "refused" : "failed", reply->reason()));
+  }
+
+  // A time-out: rigd does not answer.
+  Result<Next> follow_one_connection() {
     auto client = protocol::Client::connect(options_.endpoint);
     if (!client) return base::pass(client);
     protocol::Request subscribe;
     subscribe.mutable_subscribe()->set_epoch(epoch_);
     subscribe.mutable_subscribe()->set_after(number_);
-    auto reply = client->ask(subscribe, kAnswer);
+    auto reply = ask(*client, subscribe);
     if (!reply) return base::pass(reply);
     for (const auto& event : reply->catch_up().missed()) take_in(event);
-    if (auto idle = ask_state(*client); !idle || (*idle && options_.until_idle)) return idle;
+    subscribed_to_ = 0;
+    if (auto next = ask_state(*client); !next || *next != Next::go_on) return next;
     auto heard = Steady::now();
     while (!base::interrupted()) {
       auto event = client->next_event(kPatience);
@@ -90,31 +103,35 @@ class Watch {
         heard = Steady::now();
         take_in(**event);
         if ((*event)->has_job_changed() && options_.until_idle) {
-          if (auto idle = ask_state(*client); !idle || *idle) return idle;
+          if (auto next = ask_state(*client); !next || *next != Next::go_on) return next;
         }
       } else if (Steady::now() - heard > kSilence) {
-        if (auto idle = ask_state(*client); !idle || (*idle && options_.until_idle)) return idle;
+        if (auto next = ask_state(*client); !next || *next != Next::go_on) return next;
         heard = Steady::now();
       }
     }
-    return false;
+    return Next::reconnect;
   }
 
-  // Whether nothing is queued or active.
-  Result<bool> ask_state(protocol::Client& client) {
+  Result<Next> ask_state(protocol::Client& client) {
     protocol::Request status;
     status.mutable_get_status();
-    auto reply = client.ask(status, kAnswer);
+    auto reply = ask(client, status);
     if (!reply) return base::pass(reply);
-    epoch_ = reply->status().epoch();
-    number_ = reply->status().last_event();
+    const std::uint64_t epoch = reply->status().epoch();
+    if (subscribed_to_ != 0 && subscribed_to_ != epoch) return Next::reconnect;
+    subscribed_to_ = epoch;
+    if (epoch_ != epoch) {
+      epoch_ = epoch;
+      number_ = reply->status().last_event();
+    }
     if (reply->status().mode() == protocol::STOPPED && stop_reason_ != reply->status().stop_reason()) {
       stop_reason_ = reply->status().stop_reason();
       screen_.line(fmt::format("stopped: {}; `rig clear` lets the job go on", stop_reason_));
     }
     protocol::Request list;
     list.mutable_list_jobs();
-    reply = client.ask(list, kAnswer);
+    reply = ask(client, list);
     if (!reply) return base::pass(reply);
     bool idle = true;
     for (const auto& job : reply->jobs().jobs()) {
@@ -128,7 +145,7 @@ class Watch {
         failed_ = fmt::format("job {} '{}': {}", job.job(), job.name(), job.reason());
       }
     }
-    return idle;
+    return idle && options_.until_idle ? Next::end : Next::go_on;
   }
 
   void take_in(const protocol::Event& event) {
@@ -137,13 +154,15 @@ class Watch {
       number_ = event.number();
     }
     if (event.has_job_changed()) {
-      show(event.job_changed().job());
       const auto& job = event.job_changed().job();
+      followed_.insert(job.job());
+      // A job that is put into the queue does not take the place of the one that runs.
+      if (job.state() == protocol::ACTIVE || job.job() == job_.job()) show(job);
       if (job.state() != protocol::ACTIVE) screen_.line(describe_job(job));
     } else if (event.has_pose_started()) {
       const auto& p = event.pose_started();
-      pose_ = fmt::format("row {} at {:.1f} {:.1f} {:.1f} {:.1f} deg", p.row(), p.target_deg(0),
-                          p.target_deg(1), p.target_deg(2), p.target_deg(3));
+      pose_ = fmt::format("row {} at {:.1f} deg", p.row(),
+                          fmt::join(p.target_deg().begin(), p.target_deg().end(), " "));
       update();
     } else if (event.has_pose_committed()) {
       job_.set_done(event.pose_committed().done());
@@ -197,6 +216,7 @@ class Watch {
   Screen screen_;
   std::uint64_t epoch_ = 0;
   std::uint64_t number_ = 0;
+  std::uint64_t subscribed_to_ = 0;  // epoch; 0: not known yet
   protocol::JobInfo job_;
   std::int64_t done_at_start_ = 0;
   Steady::time_point start_ = Steady::now();
