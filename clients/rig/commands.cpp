@@ -28,8 +28,12 @@ namespace {
 
 // A move or homing is answered when it has ended.
 constexpr double kLongest_s = 600;
+constexpr double kLongestWait_s = 86400;
 
 Result<Reply> ask(const Connection& to, const Request& request, double timeout_s) {
+  // Written so that NaN is refused too.
+  if (!(timeout_s >= 0 && timeout_s <= kLongestWait_s))
+    return fail(ErrorCode::bad_input, fmt::format("{} s is no time to wait for an answer", timeout_s));
   auto client = protocol::Client::connect(to.endpoint);
   if (!client) return pass(client);
   auto reply = client->ask(request, std::chrono::milliseconds(static_cast<long>(timeout_s * 1e3)));

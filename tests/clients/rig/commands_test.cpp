@@ -1,6 +1,7 @@
 // What each command sends, and what it says to every kind of answer.
 #include "clients/rig/commands.h"
 
+#include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -120,6 +121,16 @@ TEST_F(Commands, RefuseWhatIsNoEndpoint) {
   ASSERT_FALSE(result.has_value());
   EXPECT_EQ(result.error().code, ErrorCode::bad_input);
   EXPECT_THAT(result.error().text(), HasSubstr("nonsense: cannot connect"));
+}
+
+TEST_F(Commands, RefuseToWaitForNoTime) {
+  for (const double wait_s : {std::nan(""), -1.0, 1e300, HUGE_VAL}) {
+    const auto result = status({rigd_.endpoint(), wait_s});
+    ASSERT_FALSE(result.has_value()) << wait_s;
+    EXPECT_EQ(result.error().code, ErrorCode::bad_input) << wait_s;
+  }
+  EXPECT_EQ(snap(to_, std::nan(""), folder_ / "a.png").error().code, ErrorCode::bad_input);
+  EXPECT_THAT(rigd_.requests(), IsEmpty());
 }
 
 TEST_F(Commands, PrintStatusAndJobs) {
