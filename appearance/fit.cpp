@@ -15,7 +15,10 @@ constexpr std::size_t kFewest = 8;
 constexpr std::size_t kEnough = 24;
 constexpr double kBelievable = 4;     // cost of the prior, squared standard deviations
 constexpr double kColourSigma = 1.5;  // relative to the luminance
-constexpr double kModelError = 0.05;  // share of a value that no model of this kind explains
+// What no model of this kind explains, as a share of the mean value. It is the same for all samples: what
+// counts in a picture is the difference, not its ratio.
+constexpr double kModelError = 0.05;
+constexpr int kDiffuseRounds = 8;
 
 std::vector<LobeTerm> make_terms(const std::vector<Sample>& samples) {
   std::vector<LobeTerm> terms;
@@ -35,7 +38,7 @@ std::vector<LobeTerm> make_terms(const std::vector<Sample>& samples) {
   }
   mean /= static_cast<double>(std::max<std::size_t>(samples.size(), 1));
   for (LobeTerm& t : terms) {
-    const double model = kModelError * (std::abs(t.value) + mean);
+    const double model = kModelError * mean;
     const double total = t.weight + model * model;
     t.weight = total > 0 ? 1 / total : 1;
   }
@@ -82,6 +85,20 @@ void fit_channel(const std::vector<Sample>& samples, const std::vector<LobeTerm>
     rho_d = only_d;
     rho_s = 0;
   }
+}
+
+double luminance(const std::array<double, 3>& rgb) {
+  return kLuminance[0] * rgb[0] + kLuminance[1] * rgb[1] + kLuminance[2] * rgb[2];
+}
+
+// The terms with the weights that Huber's loss gives them at this model of the luminance.
+std::vector<LobeTerm> weighted_for(std::vector<LobeTerm> terms, double rho_d, double rho_s,
+                                   const std::vector<double>& lobes) {
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    LobeTerm& t = terms[i];
+    t.weight *= huber_share(t.cosine * (rho_d + rho_s * lobes[i]) - t.value, t.weight);
+  }
+  return terms;
 }
 
 double root_mean_square(const std::vector<Sample>& samples, const Lafortune& model) {
@@ -147,8 +164,12 @@ Fit fit_diffuse(const std::vector<Sample>& samples) {
   fit.count = static_cast<int>(samples.size());
   const std::vector<LobeTerm> terms = make_terms(samples);
   const std::vector<double> no_lobe(samples.size(), 0.0);
-  for (std::size_t c = 0; c < 3; ++c)
-    fit_channel(samples, terms, no_lobe, c, 0, fit.model.rho_d[c], fit.model.rho_s[c]);
+  std::vector<LobeTerm> reweighted = terms;
+  for (int round = 0; round < kDiffuseRounds; ++round) {
+    for (std::size_t c = 0; c < 3; ++c)
+      fit_channel(samples, reweighted, no_lobe, c, 0, fit.model.rho_d[c], fit.model.rho_s[c]);
+    reweighted = weighted_for(terms, luminance(fit.model.rho_d), 0, no_lobe);
+  }
   fit.residual = root_mean_square(samples, fit.model);
   return fit;
 }
@@ -170,8 +191,9 @@ Fit fit_lafortune(const std::vector<Sample>& samples) {
   std::vector<double> lobes;
   lobes.reserve(samples.size());
   for (const Sample& s : samples) lobes.push_back(lobe(fit.model, s.incident, s.exitant));
+  const auto reweighted = weighted_for(terms, best[0], peak, lobes);
   for (std::size_t c = 0; c < 3; ++c)
-    fit_channel(samples, terms, lobes, c, peak, fit.model.rho_d[c], fit.model.rho_s[c]);
+    fit_channel(samples, reweighted, lobes, c, peak, fit.model.rho_d[c], fit.model.rho_s[c]);
   fit.residual = root_mean_square(samples, fit.model);
   return std::isfinite(fit.residual) ? fit : fit_diffuse(samples);
 }

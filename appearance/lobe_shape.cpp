@@ -15,6 +15,12 @@ constexpr int kMostSteps = 40;
 
 using Matrix = std::array<double, kParameters * kParameters>;
 
+// Huber's loss of a residual: as written in the header, continuous with its slope.
+double huber_cost(double residual, double weight) {
+  const double u = std::sqrt(weight) * std::abs(residual);
+  return u <= kHuber ? u * u : kHuber * (2 * u - kHuber);
+}
+
 // Cost with its gradient and Gauss-Newton matrix, residual by residual.
 struct Normal {
   double cost = 0;
@@ -23,7 +29,10 @@ struct Normal {
   LobeParameters gradient{};
 
   void add(double residual, double weight, const LobeParameters& j) {
-    cost += weight * residual * residual;
+    add(residual, weight, j, weight * residual * residual);
+  }
+  void add(double residual, double weight, const LobeParameters& j, double loss) {
+    cost += loss;
     if (!derivatives) return;
     for (std::size_t a = 0; a < kParameters; ++a) {
       gradient[a] += weight * j[a] * residual;
@@ -41,8 +50,9 @@ void add_samples(const std::vector<LobeTerm>& terms, const LobeParameters& p, No
     const double r = t.cosine * (p[0] + value) - t.value;
     if (t.at_least && r > 0) continue;
     const double slope = s > 0 ? t.cosine * n * value / s : 0;
-    normal.add(r, t.weight,
-               {t.cosine, slope * t.px, slope * t.py, slope * t.pz, t.cosine * n * value * log_s});
+    normal.add(r, t.weight * huber_share(r, t.weight),
+               {t.cosine, slope * t.px, slope * t.py, slope * t.pz, t.cosine * n * value * log_s},
+               huber_cost(r, t.weight));
   }
 }
 
@@ -109,6 +119,11 @@ bool solve(Matrix m, const LobeParameters& gradient, double damping, LobeParamet
 }
 
 }  // namespace
+
+double huber_share(double residual, double weight) {
+  const double u = std::sqrt(weight) * std::abs(residual);
+  return u <= kHuber ? 1 : kHuber / u;
+}
 
 double prior_cost(const LobePrior& prior, const LobeParameters& p) {
   Normal normal;

@@ -28,8 +28,14 @@ struct LobePrior {
 /// Cost of the prior alone, at weight 1.
 [[nodiscard]] double prior_cost(const LobePrior& prior, const LobeParameters& p);
 
-/// Minimises the weighted squares of the residuals and the prior from `p` on, with analytic derivatives; the
-/// cost.
+/// Residuals count squared up to this many standard deviations, beyond it linearly (Huber 1964): a model of
+/// one lobe errs most where the material is least like it, and those samples must not bend it everywhere
+/// else.
+inline constexpr double kHuber = 1;
+/// The share, 0 .. 1, with which a residual's square counts.
+[[nodiscard]] double huber_share(double residual, double weight);
+
+/// Minimises the weighted residuals and the prior from `p` on, with analytic derivatives; the cost.
 [[nodiscard]] double minimise_lobe(const std::vector<LobeTerm>& terms, const LobePrior& prior,
                                    LobeParameters& p);
 
