@@ -19,7 +19,7 @@ struct Sample {
 
 struct Fit {
   Lafortune model;
-  double residual = 0;  ///< root of the weighted mean square, luminance of f cos(theta_i)
+  double residual = 0;  ///< root mean square, luminance of f cos(theta_i)
   int count = 0;        ///< observations used
 };
 
