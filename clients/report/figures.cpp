@@ -162,7 +162,9 @@ Result<TruthFigures> compare_with_truth(const maps::ObservationReader& observati
     const RigidTransform a = transform_of(true_header.poses[p]);
     const RigidTransform b = transform_of(header.poses[p]);
     for (int i = 0; i < 81; ++i) {
-      const Vec3 point{(i % 9 / 8.0 - 0.5) * header.width_m, (i / 9 / 8.0 - 0.5) * header.height_m, 0};
+      const int column = i % 9;
+      const int row = i / 9;
+      const Vec3 point{(column / 8.0 - 0.5) * header.width_m, (row / 8.0 - 0.5) * header.height_m, 0};
       const Vec3 off = seen_at(a, b, point) - point;
       sum += dot(off, off);
       ++points;
