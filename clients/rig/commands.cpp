@@ -50,8 +50,8 @@ Result<void> only_done(const Result<Reply>& reply) {
 }
 
 // Encoded in memory, so that on disk it is there whole or not at all.
-Result<void> write_image(const std::string& out, int width, int height, int channels, OIIO::TypeDesc type,
-                         const void* data) {
+Result<void> write_image(const std::string& out, int width, int height, int channels,
+                         const OIIO::TypeDesc& type, const void* data) {
   if (width <= 0 || height <= 0) return fail(ErrorCode::damaged, "rigd's answer holds no image");
   auto file = OIIO::ImageOutput::create(out);
   if (!file) return fail(ErrorCode::bad_input, "cannot write this kind of image", out, ".png or .tif");
