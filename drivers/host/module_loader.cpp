@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <dlfcn.h>
+#include <exception>
 
 namespace rig::drivers {
 
@@ -26,6 +27,17 @@ Result<fs::path> find_module(const std::string& file, const std::vector<fs::path
               "RIG_DRIVER_PATH names further folders");
 }
 
+// The entry; what it throws is an error that names the file.
+Result<const ModuleEntry*> call_entry(EntryFunction function, const fs::path& path) {
+  try {
+    return function();
+  } catch (const std::exception& error) {
+    return fail(ErrorCode::bad_input, fmt::format("its entry failed: {}", error.what()), path.string());
+  } catch (...) {
+    return fail(ErrorCode::bad_input, "its entry failed with an unknown exception", path.string());
+  }
+}
+
 }  // namespace
 
 Result<const ModuleEntry*> load_module(const std::string& file, const std::vector<fs::path>& search) {
@@ -41,7 +53,9 @@ Result<const ModuleEntry*> load_module(const std::string& file, const std::vecto
     return fail(ErrorCode::bad_input,
                 fmt::format("is no driver module: it does not export '{}'", kEntrySymbol), path->string());
   }
-  const ModuleEntry* entry = entry_function();
+  const auto called = call_entry(entry_function, *path);
+  if (!called) return called;
+  const ModuleEntry* entry = *called;
   if (entry == nullptr || entry->abi_tag == nullptr || std::strcmp(entry->abi_tag, kAbiTag) != 0) {
     return fail(ErrorCode::bad_input,
                 fmt::format("was built for '{}', this program is '{}'",
