@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -78,6 +79,14 @@ TiffPointer open_memory(Memory& memory, const char* mode) {
                                     &close_memory, &size_of_memory, nullptr, nullptr));
 }
 
+// JSON has no other numbers.
+bool all_finite(const FrameFacts& facts) {
+  const auto finite = [](double x) { return std::isfinite(x); };
+  return std::all_of(facts.target_rad.begin(), facts.target_rad.end(), finite) &&
+         std::all_of(facts.readback_rad.begin(), facts.readback_rad.end(), finite) &&
+         finite(facts.exposure_s) && finite(facts.gain);
+}
+
 std::string to_json(const FrameFacts& facts) {
   nlohmann::ordered_json json;
   const auto in_degrees = [](const machine::JointAngles& angles) {
@@ -96,7 +105,8 @@ std::string to_json(const FrameFacts& facts) {
   json["gain"] = facts.gain;
   json["bayer"] = facts.bayer;
   json["bits"] = facts.bits;
-  return json.dump();
+  // A driver may name a pattern that is no UTF-8, which would otherwise be an exception.
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 Result<FrameFacts> from_json(const std::string& text, const std::string& where) {
@@ -133,6 +143,9 @@ Result<std::vector<std::byte>> encode_frame(const FrameFacts& facts, int width, 
   if (width <= 0 || height <= 0 || width > kMostEdge || height > kMostEdge) {
     return fail(ErrorCode::bad_input,
                 fmt::format("a frame of {} x {} pixels cannot be stored", width, height));
+  }
+  if (!all_finite(facts)) {
+    return fail(ErrorCode::bad_input, "a frame whose angles, exposure or gain are no numbers is not stored");
   }
   Memory memory;
   memory.bytes.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 2 + 4096);
