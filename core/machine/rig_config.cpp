@@ -108,9 +108,9 @@ CameraConfig read_camera(const ConfigTable& table, const std::vector<ModuleConfi
   c.p1 = table.number_or("p1", 0, kDistortion);
   c.p2 = table.number_or("p2", 0, kDistortion);
   c.k3 = table.number_or("k3", 0, kDistortion);
-  // The choice below is one of the patterns, so that reading it cannot fail.
-  camera.bayer =
-      geometry::bayer_from_text(table.choice("bayer", {"none", "RGGB", "BGGR", "GRBG", "GBRG"})).value();
+  // A key that is missing or wrong reads as no pattern; its error is noted.
+  camera.bayer = geometry::bayer_from_text(table.choice("bayer", {"none", "RGGB", "BGGR", "GRBG", "GBRG"}))
+                     .value_or(geometry::BayerPattern::none);
   auto& s = camera.sensor;
   s.bits = static_cast<int>(table.integer("bits", 1, 16));
   const double full = static_cast<double>(1 << s.bits) - 1;

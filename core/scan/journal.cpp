@@ -88,6 +88,30 @@ Result<std::vector<FrameRecord>> frames_of(const Database& database, std::int64_
   return frames;
 }
 
+// Opens what should be a journal; where it is none or damaged, the error says how to go on.
+Result<Database> open_database(const std::filesystem::path& path, Database::Mode mode) {
+  const auto lost = [&path](std::string what) {
+    return base::fail(
+        base::ErrorCode::damaged, std::move(what), path.string(),
+        "the frames are not touched by this; bring the journal back from a copy of the scan, or "
+        "scan into a new folder");
+  };
+  auto database = Database::open(path, mode, kJournalVersion);
+  if (!database) {
+    if (database.error().code == base::ErrorCode::damaged) return lost(database.error().what);
+    return database;
+  }
+  // An empty file is a good database too.
+  auto tables = database->prepare(
+      "SELECT count(*) FROM sqlite_schema WHERE type = 'table' AND name IN ('rows', 'poses', 'frames', "
+      "'events')");
+  if (!tables) return pass(tables);
+  if (auto row = tables->step(); !row) return pass(row);
+  constexpr std::int64_t kTables = 4;
+  if (tables->integer(0) != kTables) return lost("is no journal of a scan: it lacks its tables");
+  return database;
+}
+
 }  // namespace
 
 struct Journal::State {
@@ -121,13 +145,13 @@ Result<Journal> Journal::create(const std::filesystem::path& path, const std::ve
 }
 
 Result<Journal> Journal::open(const std::filesystem::path& path) {
-  auto database = Database::open(path, Database::Mode::write, kJournalVersion);
+  auto database = open_database(path, Database::Mode::write);
   if (!database) return pass(database);
   return Journal(std::make_unique<State>(State{std::move(*database)}));
 }
 
 Result<Journal> Journal::open_read_only(const std::filesystem::path& path) {
-  auto database = Database::open(path, Database::Mode::read, kJournalVersion);
+  auto database = open_database(path, Database::Mode::read);
   if (!database) return pass(database);
   return Journal(std::make_unique<State>(State{std::move(*database)}));
 }

@@ -80,7 +80,9 @@ std::string frame_name(int index) {
   return fmt::format("{:02}.tif", index);
 }
 
-Result<void> create_scan(const fs::path& scan, const std::string& rig_toml, const std::string& job_toml) {
+Result<void> create_scan(const fs::path& where, const std::string& rig_toml, const std::string& job_toml) {
+  // "scan/" has no file name, but means the same folder.
+  const fs::path scan = where.has_filename() ? where : where.parent_path();
   auto rig = machine::parse_rig_config(rig_toml, "rig.toml");
   if (!rig) return pass(rig);
   auto job = machine::parse_job_config(job_toml, "job.toml");
