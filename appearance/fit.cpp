@@ -45,18 +45,22 @@ std::vector<LobeTerm> make_terms(const std::vector<Sample>& samples) {
   return terms;
 }
 
+// The two factors of a model of one lobe, of a colour or of the luminance.
+struct Brightness {
+  double rho_d = 0, rho_s = 0;
+};
+
 // Weighted least squares of two columns (diffuse, lobe) on one channel, neither negative. The lobe's colour
-// is believed to be within three times `peak`, the luminance's, where the samples say nothing of it.
-void fit_channel(const std::vector<Sample>& samples, const std::vector<LobeTerm>& terms,
-                 const std::vector<double>& lobes, std::size_t c, double peak, double& rho_d, double& rho_s) {
+// is believed to be about that of white, the luminance's, where the samples say nothing of it.
+Brightness fit_channel(const std::vector<Sample>& samples, const std::vector<LobeTerm>& terms,
+                       const std::vector<double>& lobes, std::size_t c, const Brightness& white) {
   double dd = 0, ds = 0, ss = 0, dy = 0, sy = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const double cosine = terms[i].cosine;
-    const double d = cosine;
-    const double s = cosine * lobes[i];
-    const double y = cosine * samples[i].value[c];
-    // A lower bound counts where the luminance's lobe stays below it.
-    if (samples[i].at_least && peak * s > y) continue;
+    const double d = terms[i].cosine;
+    const double s = d * lobes[i];
+    const double y = d * samples[i].value[c];
+    // A lower bound counts where the luminance's model stays below it.
+    if (samples[i].at_least && white.rho_d * d + white.rho_s * s > y) continue;
     const double w = terms[i].weight;
     dd += w * d * d;
     ds += w * d * s;
@@ -64,27 +68,20 @@ void fit_channel(const std::vector<Sample>& samples, const std::vector<LobeTerm>
     dy += w * d * y;
     sy += w * s * y;
   }
-  if (peak > 0) {
-    const double w = 1 / (kColourSigma * kColourSigma * peak * peak);
+  if (white.rho_s > 0) {
+    const double w = 1 / (kColourSigma * kColourSigma * white.rho_s * white.rho_s);
     ss += w;
-    sy += w * peak;
+    sy += w * white.rho_s;
   }
   const double determinant = dd * ss - ds * ds;
   if (determinant > 1e-12 * dd * ss) {
-    rho_d = (ss * dy - ds * sy) / determinant;
-    rho_s = (dd * sy - ds * dy) / determinant;
-    if (rho_d >= 0 && rho_s >= 0) return;
+    const Brightness both{(ss * dy - ds * sy) / determinant, (dd * sy - ds * dy) / determinant};
+    if (both.rho_d >= 0 && both.rho_s >= 0) return both;
   }
   const double only_d = dd > 0 ? std::max(0.0, dy / dd) : 0;
   const double only_s = ss > 0 ? std::max(0.0, sy / ss) : 0;
   // The better of the two edges: what each takes off the squared error.
-  if (only_s * sy > only_d * dy) {
-    rho_d = 0;
-    rho_s = only_s;
-  } else {
-    rho_d = only_d;
-    rho_s = 0;
-  }
+  return only_s * sy > only_d * dy ? Brightness{0, only_s} : Brightness{only_d, 0};
 }
 
 double luminance(const std::array<double, 3>& rgb) {
@@ -92,11 +89,11 @@ double luminance(const std::array<double, 3>& rgb) {
 }
 
 // The terms with the weights that Huber's loss gives them at this model of the luminance.
-std::vector<LobeTerm> weighted_for(std::vector<LobeTerm> terms, double rho_d, double rho_s,
+std::vector<LobeTerm> weighted_for(std::vector<LobeTerm> terms, const Brightness& white,
                                    const std::vector<double>& lobes) {
   for (std::size_t i = 0; i < terms.size(); ++i) {
     LobeTerm& t = terms[i];
-    t.weight *= huber_share(t.cosine * (rho_d + rho_s * lobes[i]) - t.value, t.weight);
+    t.weight *= huber_share(t.cosine * (white.rho_d + white.rho_s * lobes[i]) - t.value, t.weight);
   }
   return terms;
 }
@@ -167,8 +164,8 @@ Fit fit_diffuse(const std::vector<Sample>& samples) {
   std::vector<LobeTerm> reweighted = terms;
   for (int round = 0; round < kDiffuseRounds; ++round) {
     for (std::size_t c = 0; c < 3; ++c)
-      fit_channel(samples, reweighted, no_lobe, c, 0, fit.model.rho_d[c], fit.model.rho_s[c]);
-    reweighted = weighted_for(terms, luminance(fit.model.rho_d), 0, no_lobe);
+      fit.model.rho_d[c] = fit_channel(samples, reweighted, no_lobe, c, {}).rho_d;
+    reweighted = weighted_for(terms, {luminance(fit.model.rho_d), 0}, no_lobe);
   }
   fit.residual = root_mean_square(samples, fit.model);
   return fit;
@@ -187,13 +184,16 @@ Fit fit_lafortune(const std::vector<Sample>& samples) {
   fit.model.cy = best[2] / size;
   fit.model.cz = best[3] / size;
   fit.model.n = std::exp(best[4]);
-  const double peak = std::pow(size, fit.model.n);
+  const Brightness white{best[0], std::pow(size, fit.model.n)};
   std::vector<double> lobes;
   lobes.reserve(samples.size());
   for (const Sample& s : samples) lobes.push_back(lobe(fit.model, s.incident, s.exitant));
-  const auto reweighted = weighted_for(terms, best[0], peak, lobes);
-  for (std::size_t c = 0; c < 3; ++c)
-    fit_channel(samples, reweighted, lobes, c, peak, fit.model.rho_d[c], fit.model.rho_s[c]);
+  const auto reweighted = weighted_for(terms, white, lobes);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Brightness colour = fit_channel(samples, reweighted, lobes, c, white);
+    fit.model.rho_d[c] = colour.rho_d;
+    fit.model.rho_s[c] = colour.rho_s;
+  }
   fit.residual = root_mean_square(samples, fit.model);
   return std::isfinite(fit.residual) ? fit : fit_diffuse(samples);
 }

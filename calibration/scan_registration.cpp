@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/scan/frame_file.h"
+#include "core/scan/verify.h"
 
 namespace rig::calibration {
 
@@ -77,7 +78,7 @@ PoseRegistration register_pose(const std::filesystem::path& scan_folder, const m
   std::vector<std::pair<scan::FrameRecord, scan::Frame>> overexposed;
   std::size_t tried = 0;
   for (const scan::FrameRecord& record : records) {
-    auto frame = scan::read_frame(scan_folder / record.file);
+    auto frame = scan::read_recorded_frame(scan_folder, pose.row, record);
     if (!frame) {
       trouble = frame.error().text();
       continue;

@@ -1,7 +1,7 @@
 // rigd: the daemon that owns motors, light and camera.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "core/base/command_line.h"
 #include "core/base/log.h"
 #include "daemon/rigd.h"
 
@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
   app.add_option("--runtime", options.runtime_folder, "where its sockets are")->capture_default_str();
   app.add_flag("--check", check_only, "validate the configuration without touching hardware, and end");
   app.add_flag("--verbose", verbose, "log more");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = rig::base::parse_command_line(app, argc, argv)) return *status;
   if (verbose) rig::base::set_log_level(rig::base::LogLevel::debug);
   const auto done = check_only ? rig::daemon::check(options) : rig::daemon::run(options);
   if (!done) {

@@ -3,19 +3,17 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <cstring>
 #include <deque>
 #include <map>
 #include <mutex>
-#include <set>
 #include <sys/eventfd.h>
-#include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <thread>
 #include <unistd.h>
 
 #include "protocol/envelope.h"
+#include "protocol/outbox.h"
+#include "protocol/socket_folder.h"
 #include "protocol/sockets.h"
 
 namespace rig::protocol {
@@ -61,45 +59,23 @@ std::string serialised(const Event& event) {
   return message.SerializeAsString();
 }
 
-// Whether a process accepts connections on a socket file: then it belongs to another rigd.
-bool somebody_listens(const fs::path& path) {
-  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (fd < 0) return false;
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
-  const bool accepted = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  ::close(fd);
-  return accepted;
-}
-
-Result<void> make_way(const fs::path& path) {
-  constexpr std::size_t kLongestPath = sizeof(sockaddr_un::sun_path) - 1;
-  if (path.string().size() > kLongestPath) {
-    return fail(ErrorCode::bad_input,
-                fmt::format("the path of a socket may have at most {} letters", kLongestPath), path.string(),
-                "choose a shorter --runtime folder");
-  }
-  std::error_code error;
-  if (!fs::exists(path, error)) return {};
-  if (somebody_listens(path)) {
-    return fail(ErrorCode::busy, "another rigd listens here", path.string(),
-                "stop it, or choose another --runtime");
-  }
-  fs::remove(path, error);
-  if (error)
-    return fail(ErrorCode::io, fmt::format("cannot remove an old socket: {}", error.message()),
-                path.string());
-  return {};
-}
+// ZeroMQ keeps this many messages for a client itself; what is beyond waits in the outbox, where it is
+// bounded and counted.
+constexpr int kShortQueue = 16;
+// How soon a client that did not read is tried again.
+constexpr long kTryAgain_ms = 20;
+// At the end: how long ZeroMQ may take to hand over what was sent.
+constexpr int kLinger_ms = 1000;
 
 }  // namespace
 
 struct Server::State {
   ServerOptions options;
   Handler handler;
+  SocketFolder folder;
   Context context;
   std::vector<Socket> sockets;
+  Outbox outbox;
   int wake_fd = -1;
   std::mutex mutex;
   std::deque<Outgoing> queue;
@@ -108,7 +84,12 @@ struct Server::State {
   std::map<ClientId, Subscriber> subscribers;  // of the socket thread alone
   std::thread thread;
 
-  State(const ServerOptions& o, Handler h) : options(o), handler(std::move(h)) {}
+  State(const ServerOptions& o, Handler h, SocketFolder f)
+      : options(o),
+        handler(std::move(h)),
+        folder(std::move(f)),
+        outbox(Outbox::Limits{o.queue_per_client},
+               [this](const ClientId& client, std::string_view bytes) { return try_send(client, bytes); }) {}
   State(const State&) = delete;
   State& operator=(const State&) = delete;
   ~State() {
@@ -137,14 +118,9 @@ struct Server::State {
     wake();
   }
 
-  bool send_to(const ClientId& client, std::string_view bytes) {
-    return send(sockets[client.socket], {client.routing, kMagic, bytes});
-  }
-
-  // A client whose queue is full misses what is sent (its events have a gap then); one that is gone is
-  // forgotten.
-  void send_or_forget(const ClientId& client, std::string_view bytes) {
-    if (!send_to(client, bytes) && errno == EHOSTUNREACH) forget(client);
+  Sent try_send(const ClientId& client, std::string_view bytes) {
+    if (send(sockets[client.socket], {client.routing, kMagic, bytes})) return Sent::yes;
+    return errno == EHOSTUNREACH ? Sent::gone : Sent::full;
   }
 
   void forget(const ClientId& client) {
@@ -155,7 +131,7 @@ struct Server::State {
   void carry_out(const Outgoing& out) {
     switch (out.kind) {
       case Outgoing::Kind::message:
-        send_or_forget(out.client, out.bytes);
+        if (outbox.answer(out.client, out.bytes) == Sent::gone) forget(out.client);
         return;
       case Outgoing::Kind::subscribe:
         subscribers[out.client].previews = out.previews;
@@ -168,7 +144,9 @@ struct Server::State {
         std::vector<ClientId> clients;
         clients.reserve(subscribers.size());
         for (const auto& [client, subscriber] : subscribers) clients.push_back(client);
-        for (const ClientId& client : clients) send_or_forget(client, out.bytes);
+        for (const ClientId& client : clients) {
+          if (outbox.event(client, out.bytes) == Sent::gone) forget(client);
+        }
         return;
       }
       case Outgoing::Kind::preview:
@@ -184,12 +162,16 @@ struct Server::State {
     for (auto& [client, subscriber] : subscribers) {
       if (!subscriber.previews) continue;
       event.mutable_preview()->set_dropped_before(subscriber.previews_dropped);
-      if (send_to(client, serialised(event))) {
-        subscriber.previews_dropped = 0;
-      } else if (errno == EHOSTUNREACH) {
-        gone.push_back(client);
-      } else {
-        ++subscriber.previews_dropped;
+      switch (outbox.preview(client, serialised(event))) {
+        case Sent::yes:
+          subscriber.previews_dropped = 0;
+          break;
+        case Sent::full:
+          ++subscriber.previews_dropped;
+          break;
+        case Sent::gone:
+          gone.push_back(client);
+          break;
       }
     }
     for (const ClientId& client : gone) forget(client);
@@ -210,7 +192,7 @@ struct Server::State {
       reply.set_id(id);
       reply.set_outcome(REFUSED);
       reply.set_reason(request.error().text());
-      send_or_forget(client, serialised(reply));
+      if (outbox.answer(client, serialised(reply)) == Sent::gone) forget(client);
     }
   }
 
@@ -219,7 +201,7 @@ struct Server::State {
       std::array<zmq_pollitem_t, 3> items{{{sockets[0].get(), 0, ZMQ_POLLIN, 0},
                                            {sockets[1].get(), 0, ZMQ_POLLIN, 0},
                                            {nullptr, wake_fd, ZMQ_POLLIN, 0}}};
-      zmq_poll(items.data(), static_cast<int>(items.size()), -1);
+      zmq_poll(items.data(), static_cast<int>(items.size()), outbox.waiting() ? kTryAgain_ms : -1);
       std::uint64_t count = 0;
       (void)!::read(wake_fd, &count, sizeof count);
       std::deque<Outgoing> out;
@@ -227,12 +209,14 @@ struct Server::State {
         const std::lock_guard lock(mutex);
         out.swap(queue);
       }
+      outbox.flush([this](const ClientId& client) { forget(client); });
       for (const Outgoing& o : out) carry_out(o);
       for (std::size_t i = 0; i < sockets.size(); ++i) receive_all(i);
     }
     // What was handed in before the end still goes out.
     const std::lock_guard lock(mutex);
     for (const Outgoing& o : queue) carry_out(o);
+    outbox.flush([this](const ClientId& client) { forget(client); });
   }
 };
 
@@ -240,26 +224,24 @@ Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Server::~Server() = default;
 
 Result<std::unique_ptr<Server>> Server::start(const ServerOptions& options, Handler handler) {
-  std::error_code error;
-  fs::create_directories(options.folder, error);
-  if (error)
-    return fail(ErrorCode::io, fmt::format("cannot make the folder: {}", error.message()),
-                options.folder.string());
-  auto state = std::make_unique<State>(options, std::move(handler));
+  auto folder = SocketFolder::take(options.folder);
+  if (!folder) return base::pass(folder);
+  auto state = std::make_unique<State>(options, std::move(handler), std::move(*folder));
   state->wake_fd = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
   for (const Endpoint& e : kEndpoints) {
-    const fs::path path = fs::absolute(options.folder / e.file);
-    if (auto ok = make_way(path); !ok) return base::pass(ok);
+    const auto path = state->folder.make_way(e.file);
+    if (!path) return base::pass(path);
     Socket socket(state->context, ZMQ_ROUTER);
     socket.set(ZMQ_ROUTER_MANDATORY, 1);
-    socket.set(ZMQ_SNDHWM, static_cast<int>(options.queue_per_client));
+    socket.set(ZMQ_SNDHWM, kShortQueue);
+    socket.set(ZMQ_LINGER, kLinger_ms);
     socket.set_wide(ZMQ_MAXMSGSIZE, static_cast<long long>(options.max_message_bytes));
     // Only the owner and the group may connect, from the first moment on.
     const mode_t before = ::umask(0117);
-    const int bound = zmq_bind(socket.get(), ("ipc://" + path.string()).c_str());
+    const int bound = zmq_bind(socket.get(), ("ipc://" + path->string()).c_str());
     ::umask(before);
     if (bound != 0)
-      return fail(ErrorCode::io, fmt::format("cannot listen: {}", zmq_strerror(zmq_errno())), path.string());
+      return fail(ErrorCode::io, fmt::format("cannot listen: {}", zmq_strerror(zmq_errno())), path->string());
     state->sockets.push_back(std::move(socket));
   }
   State* running = state.get();

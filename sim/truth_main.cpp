@@ -1,7 +1,7 @@
 // rig-virtual-truth: what the virtual rig knows, for the report and the tests alone.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "core/base/command_line.h"
 #include "core/base/interrupt.h"
 #include "sim/truth.h"
 
@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
   app.add_option("--every", options.every, "only every so manieth texel each way")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = rig::base::parse_command_line(app, argc, argv)) return *status;
   rig::base::catch_interrupts();
   if (const auto done = rig::sim::write_truth(options); !done) {
     std::fprintf(stderr, "rig-virtual-truth: %s\n", done.error().text().c_str());

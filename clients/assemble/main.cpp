@@ -1,7 +1,7 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "clients/assemble/assemble.h"
+#include "core/base/command_line.h"
 #include "core/base/interrupt.h"
 
 int main(int argc, char** argv) {
@@ -22,11 +22,7 @@ int main(int argc, char** argv) {
                  "Memory to stay within; less than the map needs means more passes over the frames")
       ->check(CLI::Range(1, 1 << 24))
       ->capture_default_str();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
+  if (const auto status = base::parse_command_line(app, argc, argv)) return *status;
   if (options.out.empty()) options.out = options.scan / "observation.h5";
   for (int i = 0; i < argc; ++i) options.command += (i > 0 ? " " : "") + std::string(argv[i]);
 

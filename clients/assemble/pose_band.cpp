@@ -4,6 +4,7 @@
 
 #include "calibration/reflectance.h"
 #include "core/base/parallel.h"
+#include "core/scan/verify.h"
 
 namespace rig::assemble {
 
@@ -31,7 +32,7 @@ base::Result<Bracket> read_bracket(const std::filesystem::path& scan, const mach
                                    const scan::PoseRecord& record) {
   Bracket bracket;
   for (const scan::FrameRecord& frame_record : record.frames) {
-    auto frame = scan::read_frame(scan / frame_record.file);
+    auto frame = scan::read_recorded_frame(scan, record.row, frame_record);
     if (!frame) return base::pass(frame);
     if (frame->width != camera.intrinsics.width || frame->height != camera.intrinsics.height) {
       return base::fail(base::ErrorCode::bad_input,

@@ -1,7 +1,7 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "clients/calibrate/calibrate.h"
+#include "core/base/command_line.h"
 #include "core/base/interrupt.h"
 #include "core/base/units.h"
 
@@ -31,11 +31,7 @@ int main(int argc, char** argv) {
   app.add_option("--most-shift-mm", shift_mm, "Farther from the nominal place rejects a pose")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
+  if (const auto status = base::parse_command_line(app, argc, argv)) return *status;
   limits.most_turn_rad = base::radians(turn_deg);
   limits.most_shift_m = base::metres_from_mm(shift_mm);
 

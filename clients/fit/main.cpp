@@ -1,8 +1,8 @@
 // rig-fit: an observation map becomes a parameter map.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "clients/fit/fit_map.h"
+#include "core/base/command_line.h"
 #include "core/base/interrupt.h"
 
 int main(int argc, char** argv) {
@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
   app.add_option("--leave-out", options.leave_out, "hold every so manieth pose out of the fit; 0: none")
       ->check(CLI::Range(0, 100000))
       ->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = rig::base::parse_command_line(app, argc, argv)) return *status;
   rig::base::catch_interrupts();
   if (const auto done = rig::fit::fit_map(options); !done) {
     std::fprintf(stderr, "rig-fit: %s\n", done.error().text().c_str());

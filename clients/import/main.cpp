@@ -1,8 +1,8 @@
 // rig-import: photographs with known camera and light positions become an observation map.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "clients/import/import.h"
+#include "core/base/command_line.h"
 #include "core/base/interrupt.h"
 
 namespace {
@@ -87,11 +87,7 @@ int main(int argc, char** argv) {
   app.add_option("--memory-mib", a.options.memory_mib, "Memory for the values under work")
       ->check(CLI::Range(1, 1 << 24))
       ->capture_default_str();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
+  if (const auto status = base::parse_command_line(app, argc, argv)) return *status;
   for (int i = 0; i < argc; ++i) a.options.command += (i > 0 ? " " : "") + std::string(argv[i]);
   if (a.options.name.empty()) {
     const auto path = std::filesystem::weakly_canonical(a.stack);

@@ -1,5 +1,4 @@
 // rig-plan: chooses the poses of a scan and writes them as a job.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -7,6 +6,7 @@
 #include <iostream>
 
 #include "clients/plan/plan.h"
+#include "core/base/command_line.h"
 #include "core/base/interrupt.h"
 #include "core/base/units.h"
 

@@ -1,8 +1,8 @@
 // rig-report: one HTML page about a scan and what was fitted to it.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "clients/report/page.h"
+#include "core/base/command_line.h"
 #include "core/base/interrupt.h"
 
 int main(int argc, char** argv) {
@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--out", options.out, "page to write (.html)")->required();
   app.add_flag("--require", require, "exit status 1 if a figure misses its limit");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = rig::base::parse_command_line(app, argc, argv)) return *status;
   rig::base::catch_interrupts();
   const auto figures = rig::report::write_report(options);
   if (!figures) {

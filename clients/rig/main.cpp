@@ -1,5 +1,4 @@
 // rig: the one command an operator needs to know.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <functional>
 #include <unistd.h>
@@ -7,6 +6,7 @@
 #include "clients/rig/commands.h"
 #include "clients/rig/dispatch.h"
 #include "clients/rig/watch.h"
+#include "core/base/command_line.h"
 #include "core/base/interrupt.h"
 #include "protocol/client.h"
 
@@ -126,7 +126,7 @@ int main(int argc, char** argv) {
     return false;
   };
   if (argc >= 2 && !is_builtin(argv[1])) run_program(argc, argv);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = base::parse_command_line(app, argc, argv)) return *status;
   base::catch_interrupts();
   const auto done = chosen();
   if (done) return 0;

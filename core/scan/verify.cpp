@@ -9,6 +9,8 @@
 namespace rig::scan {
 
 namespace fs = std::filesystem;
+using base::ErrorCode;
+using base::fail;
 using base::pass;
 using base::Result;
 
@@ -16,31 +18,30 @@ namespace {
 
 constexpr const char* kRetake = "the pose has to be taken again";
 
-// What is wrong with one frame the journal names, or nothing.
-std::string problem_of(const fs::path& scan, const PoseRecord& pose, const FrameRecord& record,
-                       std::uint64_t& bytes) {
+}  // namespace
+
+Result<Frame> read_recorded_frame(const fs::path& scan, std::int64_t row, const FrameRecord& record) {
   const fs::path path = scan / record.file;
-  std::error_code error;
-  const auto size = fs::file_size(path, error);
-  if (error) return fmt::format("{}: is missing ({})", record.file, kRetake);
-  bytes += size;
-  auto hash = base::sha256_of_file(path);
-  if (!hash) return hash.error().text();
+  if (!fs::exists(path)) return fail(ErrorCode::not_found, "is missing", record.file, kRetake);
+  const auto hash = base::sha256_of_file(path);
+  if (!hash) return pass(hash);
   if (*hash != record.sha256) {
-    return fmt::format("{}: its content changed since it was taken: SHA-256 {} instead of {} ({})",
-                       record.file, *hash, record.sha256, kRetake);
+    return fail(
+        ErrorCode::damaged,
+        fmt::format("its content changed since it was taken: SHA-256 {} instead of {}", *hash, record.sha256),
+        record.file, kRetake);
   }
   auto frame = read_frame(path);
-  if (!frame) return frame.error().text();
+  if (!frame) return frame;
   const FrameFacts& facts = frame->facts;
-  if (facts.row != pose.row || facts.index != record.index) {
-    return fmt::format("{}: says it is frame {} of row {}, the journal says {} of {}", record.file,
-                       facts.index, facts.row, record.index, pose.row);
+  if (facts.row != row || facts.index != record.index) {
+    return fail(ErrorCode::damaged,
+                fmt::format("says it is frame {} of row {}, the journal says {} of {}", facts.index,
+                            facts.row, record.index, row),
+                record.file, kRetake);
   }
-  return {};
+  return frame;
 }
-
-}  // namespace
 
 Result<VerifyReport> verify_scan(const fs::path& scan, const std::function<void(std::size_t)>& on_frame) {
   auto view = open_scan(scan);
@@ -67,8 +68,11 @@ Result<VerifyReport> verify_scan(const fs::path& scan, const std::function<void(
     for (const FrameRecord& record : pose.frames) {
       if (base::interrupted()) return base::interrupted_error("nothing was changed; verify again");
       named.insert((scan / record.file).lexically_normal());
-      if (auto problem = problem_of(scan, pose, record, report.bytes_checked); !problem.empty()) {
-        report.problems.push_back(std::move(problem));
+      std::error_code missing_is_told_below;
+      const auto size = fs::file_size(scan / record.file, missing_is_told_below);
+      if (!missing_is_told_below) report.bytes_checked += size;
+      if (auto frame = read_recorded_frame(scan, pose.row, record); !frame) {
+        report.problems.push_back(frame.error().text());
       }
       ++report.frames_checked;
       --left;

@@ -7,9 +7,15 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/scan/frame_file.h"
 #include "core/scan/journal.h"
 
 namespace rig::scan {
+
+/// The frame that a record of the journal names, if its bytes are those that were taken. A missing, changed
+/// or foreign file is an error that names it and says what to do.
+[[nodiscard]] base::Result<Frame> read_recorded_frame(const std::filesystem::path& scan, std::int64_t row,
+                                                      const FrameRecord& record);
 
 struct VerifyReport {
   ScanProgress progress;

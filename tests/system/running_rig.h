@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <deque>
 #include <filesystem>
 #include <gtest/gtest.h>
 #include <map>
@@ -36,10 +37,11 @@ class RunningRig {
     auto client = protocol::Client::connect("ipc://" + (folder_ / "run/operate.sock").string());
     ASSERT_TRUE(client.has_value()) << client.error().text();
     client_ = std::make_unique<protocol::Client>(std::move(*client));
-    // Answered as soon as rigd listens.
+    // Answered as soon as rigd listens, with what happened since it started.
     protocol::Request request;
-    request.mutable_subscribe()->set_epoch(0);
-    expect_done(request);
+    request.mutable_subscribe()->set_epoch(1);
+    const protocol::Reply reply = expect_done(request);
+    missed_.assign(reply.catch_up().missed().begin(), reply.catch_up().missed().end());
   }
 
   /// Ends rigd by a signal; the exit status or minus the signal.
@@ -71,6 +73,11 @@ class RunningRig {
   /// Events until one for which `wanted` is true; false where none came in time.
   template <typename Wanted>
   [[nodiscard]] bool await(Wanted wanted) {
+    while (!missed_.empty()) {
+      const protocol::Event event = missed_.front();
+      missed_.pop_front();
+      if (wanted(event)) return true;
+    }
     const auto end = std::chrono::steady_clock::now() + kPatience;
     while (std::chrono::steady_clock::now() < end) {
       const auto event = client_->next_event(std::chrono::milliseconds(1000));
@@ -102,6 +109,7 @@ class RunningRig {
   std::filesystem::path folder_;
   std::unique_ptr<Program> rigd_;
   std::unique_ptr<protocol::Client> client_;
+  std::deque<protocol::Event> missed_;
 };
 
 /// The bytes of every frame of a scan by its name.
@@ -114,13 +122,13 @@ inline std::map<std::string, std::string> frames_of(const std::filesystem::path&
   return frames;
 }
 
-/// A plan of a dozen poses with brackets of two, made by rig-plan.
+/// A plan of about a dozen poses with brackets of two, made by rig-plan.
 inline std::string small_job(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
   put_bytes(folder / "rig.toml", small_rig_toml());
   const int status =
       run_program("rig-plan",
-                  {"--rig", folder / "rig.toml", "--angle-deg", "42", "--exposures-us", "60000,8000",
+                  {"--rig", folder / "rig.toml", "--angle-deg", "30", "--exposures-us", "60000,8000",
                    "--name", "small", "--sample", "chart", "--out", folder / "job.toml"},
                   folder / "plan.log");
   EXPECT_EQ(status, 0) << bytes_in(folder / "plan.log");
