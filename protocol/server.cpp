@@ -3,6 +3,7 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <deque>
 #include <map>
 #include <mutex>
@@ -64,7 +65,7 @@ std::string serialised(const Event& event) {
 constexpr int kShortQueue = 16;
 // How soon a client that did not read is tried again.
 constexpr long kTryAgain_ms = 20;
-// At the end: how long ZeroMQ may take to hand over what was sent.
+// At the end: how long clients have to take what waits, and ZeroMQ to hand over what was sent.
 constexpr int kLinger_ms = 1000;
 
 }  // namespace
@@ -213,10 +214,14 @@ struct Server::State {
       for (const Outgoing& o : out) carry_out(o);
       for (std::size_t i = 0; i < sockets.size(); ++i) receive_all(i);
     }
-    // What was handed in before the end still goes out.
+    // What was handed in before the end still goes out, to those who read it.
     const std::lock_guard lock(mutex);
     for (const Outgoing& o : queue) carry_out(o);
-    outbox.flush([this](const ClientId& client) { forget(client); });
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(kLinger_ms);
+    while (outbox.waiting() && std::chrono::steady_clock::now() < deadline) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      outbox.flush([this](const ClientId& client) { forget(client); });
+    }
   }
 };
 
