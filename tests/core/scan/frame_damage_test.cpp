@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 class FrameDamage : public ::testing::Test {
  protected:
   [[nodiscard]] base::Result<Frame> reading(const std::string& bytes) const {
-    test::put_bytes(path(), bytes);
+    put_anew(path(), bytes);
     return read_frame(path());
   }
   void expect_refused(const std::string& bytes, ErrorCode code, const std::string& said) const {

@@ -95,8 +95,8 @@ TEST_F(JournalDamage, ATornLogLosesWholeCommitsFromTheEnd) {
   std::int64_t before = 0;
   std::size_t readable = 0;
   for (const std::size_t cut : cuts) {
-    test::put_bytes(path(), database);
-    test::put_bytes(log(), whole.substr(0, cut));
+    put_anew(path(), database);
+    put_anew(log(), whole.substr(0, cut));
     forget_shared_memory();
     auto journal = Journal::open(path());
     if (!journal) {
@@ -124,8 +124,8 @@ TEST_F(JournalDamage, AFlippedByteInTheLogEndsItThere) {
   for (int i = 0; i < 40; ++i) {
     std::string bytes = whole;
     bytes[random() % bytes.size()] ^= 0x10;
-    test::put_bytes(path(), database);
-    test::put_bytes(log(), bytes);
+    put_anew(path(), database);
+    put_anew(log(), bytes);
     forget_shared_memory();
     auto journal = Journal::open(path());
     if (!journal) {
@@ -170,7 +170,7 @@ TEST_F(FoldedJournal, WithARuinedPageIsDamaged) {
   for (std::size_t page = 0; page < whole.size() / kPage; ++page) {
     std::string bytes = whole;
     bytes.replace(page * kPage, 200, std::string(200, '\xA5'));
-    test::put_bytes(path(), bytes);
+    put_anew(path(), bytes);
     SCOPED_TRACE(page);
     expect_damaged("");
   }
@@ -183,7 +183,7 @@ TEST_F(FoldedJournal, NoFlippedBitDoesHarm) {
     std::string bytes = whole;
     const std::size_t at = random() % bytes.size();
     bytes[at] = static_cast<char>(bytes[at] ^ (1 << (random() % 8)));
-    test::put_bytes(path(), bytes);
+    put_anew(path(), bytes);
     const auto journal = Journal::open_read_only(path());
     if (!journal) {
       EXPECT_EQ(journal.error().where, path().string());

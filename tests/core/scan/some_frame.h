@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <gtest/gtest.h>
 #include <random>
 #include <span>
@@ -12,6 +13,7 @@
 #include "core/base/units.h"
 #include "core/scan/frame_file.h"
 #include "core/scan/journal.h"
+#include "tests/core/temporary_folder.h"
 
 namespace rig::scan::testing {
 
@@ -41,6 +43,13 @@ inline std::vector<std::uint16_t> some_pixels(int width, int height, std::uint64
 
 inline std::string as_text(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// A new file instead of the old: some file systems flush one that is cut to nothing and written again, which
+/// takes long where it is done a thousand times.
+inline void put_anew(const std::filesystem::path& path, const std::string& bytes) {
+  std::filesystem::remove(path);
+  test::put_bytes(path, bytes);
 }
 
 /// The bytes of a good frame of 7 x 5 pixels.

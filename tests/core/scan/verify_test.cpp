@@ -93,7 +93,7 @@ TEST(Verify, FindsEveryFlippedBit) {
     std::string bytes = whole;
     const std::size_t at = random() % bytes.size();
     bytes[at] = static_cast<char>(bytes[at] ^ (1 << (random() % 8)));
-    test::put_bytes(path, bytes);
+    put_anew(path, bytes);
     ASSERT_THAT(verified(scan).problems,
                 ElementsAre(AllOf(HasSubstr("frames/000001/02.tif"), HasSubstr("changed"))))
         << "byte " << at;
