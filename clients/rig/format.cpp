@@ -44,29 +44,43 @@ std::string mode_word(protocol::Mode mode) {
 
 }  // namespace
 
-std::string describe_job(const protocol::JobInfo& job) {
+std::string describe_job_shortly(const protocol::JobInfo& job) {
   std::string out = fmt::format("job {} '{}' ({}): {}, {}/{} poses", job.job(), job.name(), job.sample(),
                                 state_word(job.state()), job.done(), job.poses());
   if (job.abandoned() > 0) out += fmt::format(", {} abandoned", job.abandoned());
   if (job.retries() > 0) out += fmt::format(", {} retries", job.retries());
+  return out;
+}
+
+std::string describe_job(const protocol::JobInfo& job) {
+  std::string out = describe_job_shortly(job);
   if (!job.reason().empty()) out += ": " + job.reason();
   return out + fmt::format(", {}", job.scan_folder());
 }
 
+std::string describe_mode(const protocol::Status& status) {
+  std::string out = mode_word(status.mode());
+  if (!status.stop_reason().empty()) out += ": " + status.stop_reason();
+  return out;
+}
+
+std::string describe_light(const protocol::LightStatus& light) {
+  std::string out = fmt::format("light {}, level {:.2f}, shutter {}, {}, {:.2f} h", light.on() ? "on" : "off",
+                                light.level(), light.shutter_open() ? "open" : "shut",
+                                light.warm() ? "warm" : "not warm", light.hours());
+  if (!light.fault().empty()) out += ", " + light.fault();
+  return out;
+}
+
 std::string describe_status(const protocol::Status& status) {
   std::string out =
-      fmt::format("{} (rigd {}): {}", status.rig_name(), status.rigd_version(), mode_word(status.mode()));
-  if (!status.stop_reason().empty()) out += ": " + status.stop_reason();
-  out += "\n";
+      fmt::format("{} (rigd {}): {}\n", status.rig_name(), status.rigd_version(), describe_mode(status));
   for (const auto& axis : status.axes()) {
     out += fmt::format("  {:5} {:10.4f} deg  ({:.1f} to {:.1f})  {}{}{}\n", axis.name(), axis.position_deg(),
                        axis.min_deg(), axis.max_deg(), axis.homed() ? "homed" : "not homed",
                        axis.moving() ? ", moving" : "", axis.fault().empty() ? "" : ", " + axis.fault());
   }
-  const auto& light = status.light();
-  out += fmt::format("  light {}, level {:.2f}, shutter {}, {}, {:.2f} h\n", light.on() ? "on" : "off",
-                     light.level(), light.shutter_open() ? "open" : "shut",
-                     light.warm() ? "warm" : "not warm", light.hours());
+  out += "  " + describe_light(status.light()) + "\n";
   if (status.has_job()) out += "  " + describe_job(status.job()) + "\n";
   return out;
 }

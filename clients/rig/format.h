@@ -8,6 +8,11 @@
 namespace rig::client {
 
 [[nodiscard]] std::string describe_job(const protocol::JobInfo& job);
+/// Without the folder and the reason, which are long.
+[[nodiscard]] std::string describe_job_shortly(const protocol::JobInfo& job);
+/// "running a job", "stopped: emergency stop".
+[[nodiscard]] std::string describe_mode(const protocol::Status& status);
+[[nodiscard]] std::string describe_light(const protocol::LightStatus& light);
 /// Several lines, each with its end.
 [[nodiscard]] std::string describe_status(const protocol::Status& status);
 

@@ -44,6 +44,7 @@ int main(int argc, char** argv) {
   WatchOptions watching;
   auto* watch_command = command(app, "watch", "follow the running job");
   watch_command->add_flag("--until-idle", watching.until_idle, "end when no job is queued or active");
+  watch_command->add_flag("--lines", watching.lines, "lines instead of a whole screen, also on a terminal");
   watch_command->callback([&] {
     chosen = [&] {
       watching.endpoint = to.endpoint;

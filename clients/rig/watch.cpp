@@ -1,10 +1,9 @@
 #include "clients/rig/watch.h"
 
-#include <cstdio>
 #include <set>
-#include <unistd.h>
 
 #include "clients/rig/format.h"
+#include "clients/rig/watch_screen.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"
 #include "protocol/client.h"
@@ -23,50 +22,22 @@ constexpr milliseconds kPatience{250};
 // Without an event for so long rigd is asked whether it is still there.
 constexpr std::chrono::seconds kSilence{2};
 
-// What the screen shows, kept from events.
-class Screen {
- public:
-  void line(const std::string& text) {
-    clear();
-    std::printf("%s\n", text.c_str());
-    std::fflush(stdout);
-  }
-  // One line that is overwritten on a terminal; elsewhere a line at most every ten seconds.
-  void progress(const std::string& text) {
-    const auto now = Steady::now();
-    if (terminal_) {
-      std::printf("\r\033[K%s", text.c_str());
-      std::fflush(stdout);
-      open_ = true;
-    } else if (now - printed_ > std::chrono::seconds(10)) {
-      printed_ = now;
-      line(text);
-    }
-  }
-  void clear() {
-    if (open_) std::printf("\r\033[K");
-    open_ = false;
-  }
-
- private:
-  const bool terminal_ = ::isatty(STDOUT_FILENO) == 1;
-  bool open_ = false;
-  Steady::time_point printed_ = Steady::now() - std::chrono::seconds(60);
-};
+// How often positions are asked for where they are shown.
+constexpr std::chrono::milliseconds kLook{500};
 
 class Watch {
  public:
-  explicit Watch(const WatchOptions& options) : options_(options) {}
+  explicit Watch(const WatchOptions& options)
+      : options_(options),
+        screen_(!options.lines && is_terminal() ? make_full_screen() : make_line_screen()) {}
 
   Result<void> run() {
     while (!base::interrupted()) {
       const auto next = follow_one_connection();
-      screen_.clear();
       if (next && *next == Next::end) return verdict();
       if (!next && next.error().code != ErrorCode::timeout) return base::pass(next);
-      if (!next) screen_.progress(next.error().text() + "; trying again");
+      if (!next) lost(next.error().text());
     }
-    screen_.clear();
     return base::interrupted_error("rigd goes on without being watched");
   }
 
@@ -90,22 +61,27 @@ class Watch {
     protocol::Request subscribe;
     subscribe.mutable_subscribe()->set_epoch(epoch_);
     subscribe.mutable_subscribe()->set_after(number_);
+    subscribe.mutable_subscribe()->set_previews(screen_->is_full());
     auto reply = ask(*client, subscribe);
     if (!reply) return base::pass(reply);
     for (const auto& event : reply->catch_up().missed()) take_in(event);
     subscribed_to_ = 0;
     if (auto next = ask_state(*client); !next || *next != Next::go_on) return next;
     auto heard = Steady::now();
+    const Steady::duration silence =
+        screen_->is_full() ? Steady::duration(kLook) : Steady::duration(kSilence);
     while (!base::interrupted()) {
       auto event = client->next_event(kPatience);
       if (!event) return base::pass(event);
       if (*event) {
-        heard = Steady::now();
+        if (!screen_->is_full()) heard = Steady::now();
         take_in(**event);
         if ((*event)->has_job_changed() && options_.until_idle) {
           if (auto next = ask_state(*client); !next || *next != Next::go_on) return next;
         }
-      } else if (Steady::now() - heard > kSilence) {
+      }
+      // A full screen shows positions, also between events; lines only want to know whether rigd is there.
+      if ((screen_->is_full() || !*event) && Steady::now() - heard > silence) {
         if (auto next = ask_state(*client); !next || *next != Next::go_on) return next;
         heard = Steady::now();
       }
@@ -118,6 +94,7 @@ class Watch {
     status.mutable_get_status();
     auto reply = ask(client, status);
     if (!reply) return base::pass(reply);
+    view_.status = reply->status();
     const std::uint64_t epoch = reply->status().epoch();
     if (subscribed_to_ != 0 && subscribed_to_ != epoch) return Next::reconnect;
     subscribed_to_ = epoch;
@@ -127,12 +104,13 @@ class Watch {
     }
     if (reply->status().mode() == protocol::STOPPED && stop_reason_ != reply->status().stop_reason()) {
       stop_reason_ = reply->status().stop_reason();
-      screen_.line(fmt::format("stopped: {}; `rig clear` lets the job go on", stop_reason_));
+      screen_->message(fmt::format("stopped: {}; `rig clear` lets the job go on", stop_reason_));
     }
     protocol::Request list;
     list.mutable_list_jobs();
     reply = ask(client, list);
     if (!reply) return base::pass(reply);
+    update();
     bool idle = true;
     for (const auto& job : reply->jobs().jobs()) {
       if (job.state() == protocol::ACTIVE) show(job);
@@ -158,11 +136,19 @@ class Watch {
       followed_.insert(job.job());
       // A job that is put into the queue does not take the place of the one that runs.
       if (job.state() == protocol::ACTIVE || job.job() == job_.job()) show(job);
-      if (job.state() != protocol::ACTIVE) screen_.line(describe_job(job));
+      if (job.state() != protocol::ACTIVE) screen_->message(describe_job(job));
     } else if (event.has_pose_started()) {
       const auto& p = event.pose_started();
       pose_ = fmt::format("row {} at {:.1f} deg", p.row(),
                           fmt::join(p.target_deg().begin(), p.target_deg().end(), " "));
+      view_.pose = p;
+      view_.bracket.clear();
+      update();
+    } else if (event.has_frame_taken()) {
+      if (event.frame_taken().row() == view_.pose.row()) view_.bracket.push_back(event.frame_taken());
+      update();
+    } else if (event.has_preview()) {
+      view_.preview = event.preview().frame();
       update();
     } else if (event.has_pose_committed()) {
       job_.set_done(event.pose_committed().done());
@@ -170,16 +156,16 @@ class Watch {
       update();
     } else if (event.has_pose_failed()) {
       const auto& p = event.pose_failed();
-      screen_.line(fmt::format("row {}: attempt {} {}: {}", p.row(), p.attempt(),
-                               p.abandoned() ? "failed, abandoned" : "failed", p.reason()));
+      screen_->message(fmt::format("row {}: attempt {} {}: {}", p.row(), p.attempt(),
+                                   p.abandoned() ? "failed, abandoned" : "failed", p.reason()));
     } else if (event.has_stop_latched()) {
       stop_reason_ = event.stop_latched().reason();
-      screen_.line(fmt::format("stopped: {}; `rig clear` lets the job go on", stop_reason_));
+      screen_->message(fmt::format("stopped: {}; `rig clear` lets the job go on", stop_reason_));
     } else if (event.has_stop_cleared()) {
       stop_reason_.clear();
-      screen_.line("the stop was cleared");
+      screen_->message("the stop was cleared");
     } else if (event.has_alarm()) {
-      screen_.line("alarm: " + event.alarm().text());
+      screen_->message("alarm: " + event.alarm().text());
     }
   }
 
@@ -193,18 +179,29 @@ class Watch {
   }
 
   void update() {
-    if (job_.state() != protocol::ACTIVE || job_.poses() == 0) return;
-    // At the pace that is seen here: a virtual rig's own hours pass in minutes.
-    const double elapsed = std::chrono::duration<double>(Steady::now() - start_).count();
-    const auto fresh = static_cast<double>(job_.done() - done_at_start_);
-    std::string left = "time left not known yet";
-    if (fresh > 0) {
-      left = base::format_duration(elapsed / fresh *
-                                   static_cast<double>(job_.poses() - job_.done() - job_.abandoned())) +
-             " left";
+    view_.job = job_;
+    view_.seconds_left = -1;
+    std::string progress;
+    if (job_.state() == protocol::ACTIVE && job_.poses() > 0) {
+      // At the pace that is seen here: a virtual rig's own hours pass in minutes.
+      const double elapsed = std::chrono::duration<double>(Steady::now() - start_).count();
+      const auto fresh = static_cast<double>(job_.done() - done_at_start_);
+      if (fresh > 0) {
+        view_.seconds_left =
+            elapsed / fresh * static_cast<double>(job_.poses() - job_.done() - job_.abandoned());
+      }
+      const std::string left = fresh > 0 ? base::format_duration(view_.seconds_left) + " left"
+                                         : std::string("time left not known yet");
+      progress = fmt::format("job {} '{}': {}/{} poses, {}; {}", job_.job(), job_.name(), job_.done(),
+                             job_.poses(), left, pose_);
     }
-    screen_.progress(fmt::format("job {} '{}': {}/{} poses, {}; {}", job_.job(), job_.name(), job_.done(),
-                                 job_.poses(), left, pose_));
+    screen_->show(view_, progress);
+  }
+
+  void lost(const std::string& why) {
+    view_.status.set_mode(protocol::MODE_UNSPECIFIED);
+    view_.status.set_stop_reason(why);
+    screen_->show(view_, why + "; trying again");
   }
 
   Result<void> verdict() {
@@ -213,7 +210,8 @@ class Watch {
   }
 
   const WatchOptions options_;
-  Screen screen_;
+  const std::unique_ptr<WatchScreen> screen_;
+  WatchView view_;
   std::uint64_t epoch_ = 0;
   std::uint64_t number_ = 0;
   std::uint64_t subscribed_to_ = 0;  // epoch; 0: not known yet

@@ -10,9 +10,11 @@ namespace rig::client {
 struct WatchOptions {
   std::string endpoint;
   bool until_idle = false;  ///< end when no job is queued or active
+  bool lines = false;       ///< lines instead of a whole screen, also on a terminal
 };
 
-/// Prints progress until interrupted, or until idle. An Error where a job failed or was aborted meanwhile.
+/// Shows progress (watch_screen.h) until interrupted, or until idle. An Error where a job failed or was
+/// aborted meanwhile.
 [[nodiscard]] base::Result<void> watch(const WatchOptions& options);
 
 }  // namespace rig::client

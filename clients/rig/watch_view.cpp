@@ -1,0 +1,218 @@
+#include "clients/rig/watch_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "clients/rig/format.h"
+#include "core/base/progress.h"
+
+namespace rig::client {
+
+namespace {
+
+constexpr std::size_t kTextWidth = 62;
+constexpr std::size_t kNarrowestPicture = 24;
+constexpr std::size_t kWidestPicture = 80;
+constexpr std::size_t kHistogramBins = 40;
+
+bool begins_code_point(char c) {
+  return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+}
+
+// The line cut to so many letters. Only for lines without colours.
+std::string cut(const std::string& line, std::size_t width) {
+  std::size_t letters = 0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (begins_code_point(line[i]) && ++letters > width) return line.substr(0, i);
+  }
+  return line;
+}
+
+std::string padded(const std::string& line, std::size_t width) {
+  const std::size_t has = display_width(line);
+  return has < width ? line + std::string(width - has, ' ') : line;
+}
+
+// Where an axis stands between its limits, and where it is going.
+std::string travel(const protocol::AxisStatus& axis, std::size_t width) {
+  std::string line(width, '-');
+  const double span = axis.max_deg() - axis.min_deg();
+  const auto mark = [&](double angle_deg, char letter) {
+    if (!(span > 0) || !std::isfinite(angle_deg)) return;
+    const double share = std::clamp((angle_deg - axis.min_deg()) / span, 0.0, 1.0);
+    line[static_cast<std::size_t>(std::lround(share * static_cast<double>(width - 1)))] = letter;
+  };
+  if (axis.moving()) mark(axis.target_deg(), '>');
+  mark(axis.position_deg(), axis.moving() ? '*' : '|');
+  return "[" + line + "]";
+}
+
+std::vector<std::string> axis_lines(const protocol::Status& status) {
+  std::vector<std::string> lines;
+  for (const auto& axis : status.axes()) {
+    lines.push_back(fmt::format("{:5} {:10.3f} deg {} {}{}", axis.name(), axis.position_deg(),
+                                travel(axis, 24),
+                                axis.homed() ? (axis.moving() ? "moving" : "at rest") : "not homed",
+                                axis.fault().empty() ? "" : ", " + axis.fault()));
+  }
+  return lines;
+}
+
+std::vector<std::string> job_lines(const WatchView& view, bool utf8) {
+  const auto& job = view.job;
+  if (job.job() == 0) return {"no job"};
+  const double share =
+      job.poses() > 0 ? static_cast<double>(job.done() + job.abandoned()) / static_cast<double>(job.poses())
+                      : 0;
+  std::vector<std::string> lines{describe_job_shortly(job)};
+  lines.push_back(fmt::format("{} {:3.0f} %  {}", bar(share, 32, utf8), 100 * share,
+                              view.seconds_left >= 0 ? base::format_duration(view.seconds_left) + " left"
+                                                     : "time left not known yet"));
+  if (!job.reason().empty()) lines.push_back(job.reason());
+  return lines;
+}
+
+std::vector<std::string> exposure_lines(const WatchView& view) {
+  if (view.job.job() == 0) return {};
+  std::string line = fmt::format("row {}", view.pose.row());
+  if (view.pose.attempt() > 1) line += fmt::format(", attempt {}", view.pose.attempt());
+  line += ":";
+  for (const auto& frame : view.bracket) {
+    line += fmt::format("  {:.3g} ms", frame.exposure_us() * 1e-3);
+    if (frame.saturated_share() > 0) line += fmt::format(" ({:.2f} % sat.)", 100 * frame.saturated_share());
+  }
+  return {line};
+}
+
+std::vector<std::string> histogram_lines(const protocol::Frame& preview, bool utf8) {
+  if (preview.preview_rgb().empty()) return {};
+  static const std::array<const char*, 9> kBlocks{" ",      "\u2581", "\u2582", "\u2583", "\u2584",
+                                                  "\u2585", "\u2586", "\u2587", "\u2588"};
+  constexpr const char* kAscii = " .:-=+*#@";
+  const auto shares = preview_histogram(preview, kHistogramBins);
+  const double most = *std::max_element(shares.begin(), shares.end());
+  std::string line = "dark ";
+  for (const double share : shares) {
+    // The root shows small shares too.
+    const auto level = static_cast<std::size_t>(std::ceil(8 * std::sqrt(most > 0 ? share / most : 0)));
+    if (utf8) {
+      line += kBlocks.at(level);
+    } else {
+      line += kAscii[level];
+    }
+  }
+  return {line + " bright"};
+}
+
+// The picture as cells of two pixels, one above the other; empty where there is none.
+std::vector<std::string> picture(const protocol::Frame& preview, std::size_t width, std::size_t most_rows) {
+  const auto w = static_cast<std::size_t>(preview.preview_width());
+  const auto h = static_cast<std::size_t>(preview.preview_height());
+  if (w == 0 || h == 0 || preview.preview_rgb().size() != 3 * w * h) return {};
+  std::size_t rows = width * h / w / 2;
+  if (rows > most_rows) {
+    rows = most_rows;
+    width = rows * 2 * w / h;
+  }
+  if (rows == 0 || width == 0) return {};
+  const auto pixel = [&](std::size_t x, std::size_t y) {
+    const std::size_t at = 3 * ((y * h / (2 * rows)) * w + x * w / width);
+    const auto value = [&](std::size_t c) {
+      return static_cast<unsigned char>(preview.preview_rgb()[at + c]);
+    };
+    return fmt::format("{};{};{}", value(0), value(1), value(2));
+  };
+  std::vector<std::string> lines;
+  for (std::size_t y = 0; y < rows; ++y) {
+    std::string line;
+    for (std::size_t x = 0; x < width; ++x) {
+      line += fmt::format("\033[38;2;{}m\033[48;2;{}m\u2580", pixel(x, 2 * y), pixel(x, 2 * y + 1));
+    }
+    lines.push_back(line + "\033[0m");
+  }
+  return lines;
+}
+
+}  // namespace
+
+std::size_t display_width(const std::string& line) {
+  std::size_t width = 0;
+  bool in_sequence = false;
+  for (const char c : line) {
+    if (c == '\033') in_sequence = true;
+    if (!in_sequence && begins_code_point(c)) ++width;
+    if (in_sequence && c == 'm') in_sequence = false;
+  }
+  return width;
+}
+
+std::string bar(double share, std::size_t width, bool utf8) {
+  const double clamped = std::isfinite(share) ? std::clamp(share, 0.0, 1.0) : 0;
+  const auto full = static_cast<std::size_t>(clamped * static_cast<double>(width));
+  std::string out;
+  for (std::size_t i = 0; i < width; ++i) {
+    if (utf8) {
+      out += i < full ? "\u2588" : "\u2591";
+    } else {
+      out += i < full ? '#' : '.';
+    }
+  }
+  return out;
+}
+
+std::vector<double> preview_histogram(const protocol::Frame& preview, std::size_t bins) {
+  std::vector<double> shares(bins, 0.0);
+  const std::string& rgb = preview.preview_rgb();
+  const std::size_t pixels = rgb.size() / 3;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const auto value = [&](std::size_t c) {
+      return static_cast<double>(static_cast<unsigned char>(rgb[3 * i + c]));
+    };
+    const double luminance = 0.2126 * value(0) + 0.7152 * value(1) + 0.0722 * value(2);
+    const auto bin = static_cast<std::size_t>(luminance / 256 * static_cast<double>(bins));
+    shares[std::min(bin, bins - 1)] += 1 / static_cast<double>(pixels);
+  }
+  return shares;
+}
+
+std::vector<std::string> draw_watch(const WatchView& view, const TerminalStyle& style) {
+  const auto columns = static_cast<std::size_t>(std::max(style.columns, 1));
+  const auto rows = static_cast<std::size_t>(std::max(style.rows, 1));
+  std::vector<std::string> lines;
+  const auto add = [&lines](std::vector<std::string> more) {
+    lines.insert(lines.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+  };
+  const auto& status = view.status;
+  add({fmt::format("{}: {}", status.rig_name(), describe_mode(status)), ""});
+  add(job_lines(view, style.utf8));
+  add(exposure_lines(view));
+  add({""});
+  add(axis_lines(status));
+  add({describe_light(status.light())});
+  const std::size_t needed = lines.size();
+  if (needed + 2 <= rows) add(histogram_lines(view.preview, style.utf8));
+
+  const bool wide = columns >= kTextWidth + 2 + kNarrowestPicture;
+  const std::size_t text_width = wide ? kTextWidth : columns;
+  std::vector<std::string> beside;
+  if (wide && style.colour && style.utf8) {
+    beside = picture(view.preview, std::min(columns - kTextWidth - 2, kWidestPicture), rows);
+  }
+  if (lines.size() + 2 < rows && !view.messages.empty()) {
+    add({""});
+    const std::size_t room = rows - lines.size();
+    const std::size_t count = std::min(room, view.messages.size());
+    for (std::size_t i = view.messages.size() - count; i < view.messages.size(); ++i)
+      lines.push_back(view.messages[i]);
+  }
+  if (lines.size() > rows) lines.resize(rows);
+  lines.resize(std::max(lines.size(), std::min(beside.size(), rows)));
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    lines[i] = cut(lines[i], i < beside.size() ? text_width : columns);
+    if (i < beside.size()) lines[i] = padded(lines[i], text_width + 2) + beside[i];
+  }
+  return lines;
+}
+
+}  // namespace rig::client
