@@ -179,6 +179,7 @@ Result<Frame> read_frame(const std::filesystem::path& path) {
   const std::string where = path.string();
   auto content = base::read_file(path);
   if (!content) return base::pass(content);
+  if (content->empty()) return fail(ErrorCode::damaged, "is empty", where);
   Memory memory;
   memory.bytes.resize(content->size());
   std::memcpy(memory.bytes.data(), content->data(), content->size());

@@ -13,9 +13,10 @@ std::string order_of(Body&& body) {
   const auto clock = base::make_system_clock();
   std::string order;
   {
-    BusWorker worker(*clock);
+    // Outlive the worker, which may still look at them while it ends.
     std::promise<void> started;
     std::promise<void> go;
+    BusWorker worker(*clock);
     worker.queue([&] {
       started.set_value();
       go.get_future().wait();
