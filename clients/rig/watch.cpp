@@ -142,10 +142,13 @@ class Watch {
       pose_ = fmt::format("row {} at {:.1f} deg", p.row(),
                           fmt::join(p.target_deg().begin(), p.target_deg().end(), " "));
       view_.pose = p;
-      view_.bracket.clear();
       update();
     } else if (event.has_frame_taken()) {
-      if (event.frame_taken().row() == view_.pose.row()) view_.bracket.push_back(event.frame_taken());
+      auto& bracket = view_.bracket;
+      const bool begins = bracket.empty() || event.frame_taken().index() == 0 ||
+                          event.frame_taken().row() != bracket.front().row();
+      if (begins) bracket.clear();
+      bracket.push_back(event.frame_taken());
       update();
     } else if (event.has_preview()) {
       view_.preview = event.preview().frame();

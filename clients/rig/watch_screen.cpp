@@ -92,9 +92,9 @@ class FullScreen : public WatchScreen {
     WatchView with_messages = view;
     with_messages.messages = messages_;
     std::string out = "\033[H";
-    for (const std::string& line : draw_watch(with_messages, terminal_style())) out += line + "\033[K\r\n";
+    for (const std::string& line : draw_watch(with_messages, terminal_style())) out += line + "\033[K\n";
     // No line end behind the last line: a full screen would scroll.
-    out.resize(out.size() - 2);
+    out.pop_back();
     out += "\033[J";
     std::fwrite(out.data(), 1, out.size(), stdout);
     std::fflush(stdout);

@@ -66,23 +66,34 @@ std::vector<std::string> job_lines(const WatchView& view, bool utf8) {
       job.poses() > 0 ? static_cast<double>(job.done() + job.abandoned()) / static_cast<double>(job.poses())
                       : 0;
   std::vector<std::string> lines{describe_job_shortly(job)};
-  lines.push_back(fmt::format("{} {:3.0f} %  {}", bar(share, 32, utf8), 100 * share,
-                              view.seconds_left >= 0 ? base::format_duration(view.seconds_left) + " left"
-                                                     : "time left not known yet"));
+  std::string left;
+  if (view.seconds_left >= 0) {
+    left = base::format_duration(view.seconds_left) + " left";
+  } else if (job.state() == protocol::ACTIVE) {
+    left = "time left not known yet";
+  }
+  lines.push_back(fmt::format("{} {:3.0f} %  {}", bar(share, 32, utf8), 100 * share, left));
   if (!job.reason().empty()) lines.push_back(job.reason());
   return lines;
 }
 
+// The pose under way, and the exposures of the newest bracket, which may still be that of the pose before.
 std::vector<std::string> exposure_lines(const WatchView& view) {
   if (view.job.job() == 0) return {};
-  std::string line = fmt::format("row {}", view.pose.row());
-  if (view.pose.attempt() > 1) line += fmt::format(", attempt {}", view.pose.attempt());
-  line += ":";
-  for (const auto& frame : view.bracket) {
-    line += fmt::format("  {:.3g} ms", frame.exposure_us() * 1e-3);
-    if (frame.saturated_share() > 0) line += fmt::format(" ({:.2f} % sat.)", 100 * frame.saturated_share());
+  std::string pose = fmt::format("row {}", view.pose.row());
+  if (view.pose.attempt() > 1) pose += fmt::format(", attempt {}", view.pose.attempt());
+  if (!view.pose.target_deg().empty()) {
+    pose += fmt::format(" to {:.1f} deg",
+                        fmt::join(view.pose.target_deg().begin(), view.pose.target_deg().end(), ", "));
   }
-  return {line};
+  if (view.bracket.empty()) return {pose, ""};
+  std::string exposures = fmt::format("row {} exposed", view.bracket.front().row());
+  for (const auto& frame : view.bracket) {
+    exposures += fmt::format("  {:.3g} ms", frame.exposure_us() * 1e-3);
+    if (frame.saturated_share() > 0)
+      exposures += fmt::format(" ({:.2f} % sat.)", 100 * frame.saturated_share());
+  }
+  return {pose, exposures};
 }
 
 std::vector<std::string> histogram_lines(const protocol::Frame& preview, bool utf8) {
@@ -170,7 +181,8 @@ std::vector<double> preview_histogram(const protocol::Frame& preview, std::size_
       return static_cast<double>(static_cast<unsigned char>(rgb[3 * i + c]));
     };
     const double luminance = 0.2126 * value(0) + 0.7152 * value(1) + 0.0722 * value(2);
-    const auto bin = static_cast<std::size_t>(luminance / 256 * static_cast<double>(bins));
+    // Whole steps, as the picture has them: a sum of roundings must not fall into the bin below.
+    const auto bin = static_cast<std::size_t>(std::round(luminance) / 256 * static_cast<double>(bins));
     shares[std::min(bin, bins - 1)] += 1 / static_cast<double>(pixels);
   }
   return shares;

@@ -13,7 +13,7 @@ struct WatchView {
   protocol::Status status;
   protocol::JobInfo job;                      ///< 0 as its number: none
   protocol::PoseStarted pose;                 ///< of the job, being taken
-  std::vector<protocol::FrameTaken> bracket;  ///< of that pose so far
+  std::vector<protocol::FrameTaken> bracket;  ///< the newest, so far
   protocol::Frame preview;                    ///< the newest picture; without pixels: none yet
   double seconds_left = -1;                   ///< wall time; negative: not known yet
   std::deque<std::string> messages;           ///< what happened, the newest last

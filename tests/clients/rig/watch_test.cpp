@@ -108,7 +108,7 @@ class Watching : public testing::Test {
   }
 
   // The same on a terminal, where the line of progress is written again and again.
-  std::string on_terminal(Story story) {
+  std::string on_terminal(Story story, bool whole_screen = false) {
     const test::FakeRigd rigd(folder_ / "run", std::move(story));
     int master = -1;
     int slave = -1;
@@ -116,7 +116,7 @@ class Watching : public testing::Test {
     std::fflush(stdout);
     const int before = ::dup(STDOUT_FILENO);
     ::dup2(slave, STDOUT_FILENO);
-    result_ = watch({rigd.endpoint(), true});
+    result_ = watch({rigd.endpoint(), true, !whole_screen});
     std::fflush(stdout);
     ::dup2(before, STDOUT_FILENO);
     ::close(before);
@@ -168,6 +168,20 @@ TEST_F(Watching, ShowsProgressOnATerminal) {
           "\r\033[Kjob 7 'night': 1/4 poses, time left not known yet; row 12 at -1.0 2.2 30.0 95.0 deg"));
   EXPECT_THAT(out, testing::ContainsRegex("2/4 poses, [0-9:]+ left; row 12"));
   EXPECT_THAT(out, HasSubstr("\r\033[Kjob 7 'night' (cloth): complete"));
+}
+
+TEST_F(Watching, AWholeScreenIsGivenBackWithTheMessagesBelow) {
+  ASSERT_EQ(::setenv("TERM", "xterm", 1), 0);
+  const std::string out = on_terminal({test::job_of(7, protocol::ACTIVE, 1),
+                                       {pose_failed(3, 1, false, "shaken")},
+                                       test::job_of(7, protocol::COMPLETE, 4)},
+                                      true);
+  EXPECT_TRUE(result_.has_value());
+  EXPECT_EQ(out.find("\033[?1049h"), 0U);
+  EXPECT_THAT(out, HasSubstr("complete, 4/4 poses"));
+  const std::string after = out.substr(out.find("\033[?1049l"));
+  EXPECT_THAT(after, HasSubstr("row 3: attempt 1 failed: shaken"));
+  EXPECT_THAT(after, HasSubstr("job 7 'night' (cloth): complete"));
 }
 
 TEST_F(Watching, AQueuedJobDoesNotHideTheOneThatRuns) {

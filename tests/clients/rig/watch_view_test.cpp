@@ -31,7 +31,9 @@ WatchView busy_view() {
   view.job.set_done(50);
   view.pose.set_row(51);
   view.pose.set_attempt(2);
+  for (const double angle : {1.0, 2.0, 3.0, 4.0}) view.pose.add_target_deg(angle);
   protocol::FrameTaken frame;
+  frame.set_row(50);
   frame.set_exposure_us(160000);
   frame.set_saturated_share(0.125);
   view.bracket.push_back(frame);
@@ -66,9 +68,9 @@ TEST(WatchView, FitsEveryTerminal) {
 
 TEST(WatchView, SaysWhatMatters) {
   const std::string text = joined(draw_watch(busy_view(), {80, 40, true, true}));
-  for (const char* said :
-       {"night rig: running a job", "job 3 'denim' (denim, washed): active, 50/200 poses", "25 %",
-        "1:02:03 left", "row 51, attempt 2:", "160 ms (12.50 % sat.)", "roll", "light off", "message 49"}) {
+  for (const char* said : {"night rig: running a job", "job 3 'denim' (denim, washed): active, 50/200 poses",
+                           "25 %", "1:02:03 left", "row 51, attempt 2 to 1.0, 2.0, 3.0, 4.0 deg",
+                           "row 50 exposed  160 ms (12.50 % sat.)", "roll", "light off", "message 49"}) {
     EXPECT_NE(text.find(said), std::string::npos) << said << "\n" << text;
   }
   EXPECT_EQ(text.find("message 0\n"), std::string::npos) << "the newest messages are shown, not the oldest";
