@@ -36,6 +36,7 @@ struct FetchFrame {
   std::uint64_t exposure;  ///< returned with the answer
 };
 struct AbortCamera {};
+struct ProbeCamera {};  ///< whether one that was lost is back
 struct SetLightLevel {
   double level;
 };
@@ -58,6 +59,10 @@ struct OpenJob {
 struct SaveJob {
   JobEntry entry;
 };
+struct SaveOrder {
+  std::vector<std::uint64_t> jobs;  ///< all of them, as they stand in the queue
+};
+struct PollDisk {};
 struct StoreFrame {
   FrameSlot slot;
   PoseTake pose;
@@ -113,11 +118,11 @@ struct PublishPreview {  ///< the loop adds the pixels of the slot
   double saturated_share;
 };
 
-using Action =
-    std::variant<EnableAxis, HomeAxis, MoveAxis, StopAxis, PollAxis, ArmCamera, TriggerCamera, FetchFrame,
-                 AbortCamera, SetLightLevel, SetShutter, PollLight, ReadLines, CreateJob, OpenJob, SaveJob,
-                 StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, ReleaseFrame, SendReply,
-                 ReplyWithFrame, SubscribeClient, UnsubscribeClient, Publish, PublishPreview>;
+using Action = std::variant<EnableAxis, HomeAxis, MoveAxis, StopAxis, PollAxis, ArmCamera, TriggerCamera,
+                            FetchFrame, AbortCamera, SetLightLevel, SetShutter, PollLight, ReadLines,
+                            CreateJob, OpenJob, SaveJob, StoreFrame, CommitPose, DiscardBracket,
+                            RecordFailure, SaveStop, ReleaseFrame, SendReply, ReplyWithFrame, SubscribeClient,
+                            UnsubscribeClient, Publish, PublishPreview, ProbeCamera, SaveOrder, PollDisk>;
 using Actions = std::vector<Action>;
 
 }  // namespace rig::daemon

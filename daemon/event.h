@@ -39,7 +39,11 @@ struct LinesRead {
 /// A device did not do what it was asked.
 struct DeviceFailed {
   std::string what;
+  std::string device = {};  ///< "axis pan", "camera", "light", "lines"
+  bool transient = false;   ///< it is gone for now and may come back by itself
 };
+/// The camera did what it was asked by ProbeCamera.
+struct CameraAnswered {};
 struct FrameNotReady {
   std::uint64_t exposure = 0;  ///< of the FetchFrame it answers
 };
@@ -53,6 +57,7 @@ struct FrameStored {
   std::int64_t row = 0;
   int index = 0;
   std::string sha256;
+  std::uint64_t take = 0;  ///< PoseTake::number
 };
 struct PoseCommitted {
   std::int64_t row = 0;
@@ -70,12 +75,16 @@ struct JobOpened {
 /// The job cannot go on: its files are damaged or its disk refuses.
 struct StorageFailed {
   std::string what;
+  std::uint64_t lost_scan = 0;  ///< the job whose scan folder is no longer there; 0: something else is wrong
+};
+struct DiskRead {
+  double free_bytes = 0;  ///< for rigd, where the open scan is
 };
 struct EndRequested {};  ///< SIGTERM
 
 using What = std::variant<Tick, RequestReceived, AxisPolled, LightPolled, LinesRead, DeviceFailed,
                           FrameNotReady, FrameFetched, FrameStored, PoseCommitted, JobCreated, JobOpened,
-                          StorageFailed, EndRequested>;
+                          StorageFailed, EndRequested, CameraAnswered, DiskRead>;
 
 struct Event {
   Time time{};

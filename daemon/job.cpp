@@ -16,16 +16,11 @@ namespace {
 constexpr double kSmoothing = 0.1;       // of the time a pose takes
 constexpr double kFramePatience_s = 10;  // beyond exposure and readout
 
-JobEntry* find_job(State& state, std::uint64_t id) {
-  const auto found =
-      std::find_if(state.jobs.begin(), state.jobs.end(), [id](const JobEntry& j) { return j.id == id; });
-  return found == state.jobs.end() ? nullptr : &*found;
-}
-
 void pick_job(State& state, Actions& actions) {
   const auto with = [&state](JobEntry::State wanted) -> JobEntry* {
     for (JobEntry& job : state.jobs) {
-      if (job.state == wanted) return &job;
+      const bool waits = wanted == JobEntry::State::queued && !job.hold.empty();
+      if (job.state == wanted && !waits) return &job;
     }
     return nullptr;
   };
@@ -36,6 +31,8 @@ void pick_job(State& state, Actions& actions) {
   entry->state = JobEntry::State::active;
   state.job = ActiveJob{};
   state.job->id = entry->id;
+  state.free_bytes.reset();
+  state.disk_look_at = state.now;
   actions.push_back(OpenJob{entry->id, entry->scan_folder});
   publish_job(state, actions, *entry);
 }
@@ -51,6 +48,7 @@ void home_what_needs_it(const Setup& setup, State& state, Actions& actions) {
     return;
   }
   state.job->phase = ActiveJob::Phase::warming;
+  state.job->warming_since = state.now;
   actions.push_back(SetLightLevel{1});
   if (setup.light.has_shutter) actions.push_back(SetShutter{true});
   state.job->light_asked = ++state.last_poll;
@@ -89,6 +87,7 @@ void start_pose(const Setup& setup, State& state, Actions& actions) {
   const scan::PlanRow row = job.rows.front();
   job.rows.pop_front();
   PoseTake take;
+  take.number = ++state.last_take;
   take.row = row.row;
   take.attempt = row.attempts + 1;
   take.target_rad = row.target_rad;
@@ -162,20 +161,60 @@ void commit_when_stored(State& state, Actions& actions) {
   actions.push_back(CommitPose{take, {}});
 }
 
+// What an operator does meanwhile goes on.
+void stop_own_work(State& state, Actions& actions) {
+  if (state.motion && !state.motion->asker) stop_axes(state, actions);
+  if (state.frame && state.frame->row >= 0) {
+    actions.push_back(AbortCamera{});
+    state.frame.reset();
+  }
+}
+
+// Finishes what is in flight, then leaves the rig as it may stand for hours.
+void rest(const Setup& setup, State& state, Actions& actions) {
+  ActiveJob& job = *state.job;
+  if (job.resting || job.phase == ActiveJob::Phase::opening) return;
+  if (job.current) advance_bracket(setup, state, actions);
+  if (job.storing) commit_when_stored(state, actions);
+  if (job.current || job.storing || state.motion || state.frame) return;
+  job.resting = true;
+  if (job.rows.empty()) return;
+  job.phase = ActiveJob::Phase::homing;  // everything is looked at again before it goes on
+  job.not_before = {};
+  // A lamp that is waited for has to burn.
+  const bool recovers = state.conditions[static_cast<std::size_t>(Condition::light)].on;
+  if (recovers) actions.push_back(SetLightLevel{1});
+  if (setup.light.has_shutter) {
+    actions.push_back(SetShutter{false});
+  } else if (!recovers) {
+    actions.push_back(SetLightLevel{0});
+  }
+}
+
 }  // namespace
+
+JobEntry* find_job(State& state, std::uint64_t id) {
+  const auto found =
+      std::find_if(state.jobs.begin(), state.jobs.end(), [id](const JobEntry& j) { return j.id == id; });
+  return found == state.jobs.end() ? nullptr : &*found;
+}
 
 void advance_job(const Setup& setup, State& state, Actions& actions) {
   if (!state.stopped.empty() || state.ending) return;
   if (!state.job) {
-    if (!state.motion && !state.snap && !state.frame) pick_job(state, actions);
+    if (!state.motion && !state.snap && !state.frame && !state.parking) pick_job(state, actions);
     return;
   }
   ActiveJob& job = *state.job;
+  if (job.suspended) {
+    rest(setup, state, actions);
+    if (job.phase != ActiveJob::Phase::running || !job.resting) return;
+  }
   switch (job.phase) {
     case ActiveJob::Phase::opening:
       return;
     case ActiveJob::Phase::homing:
-      if (!state.motion) home_what_needs_it(setup, state, actions);
+      if (!state.motion && !state.snap) home_what_needs_it(setup, state, actions);
       return;
     case ActiveJob::Phase::warming:
       if (state.light_read < job.light_asked || !state.light.warm ||
@@ -189,7 +228,7 @@ void advance_job(const Setup& setup, State& state, Actions& actions) {
   }
   if (job.current) advance_bracket(setup, state, actions);
   if (job.storing) commit_when_stored(state, actions);
-  if (!job.current && !job.rows.empty() && !state.motion && state.now >= job.not_before) {
+  if (!job.current && !job.rows.empty() && !state.motion && !state.snap && state.now >= job.not_before) {
     const bool referenced = std::all_of(state.axes.begin(), state.axes.end(),
                                         [](const AxisTrack& axis) { return axis.last.homed; });
     if (referenced) {
@@ -267,7 +306,7 @@ void on_job_frame(State& state, Actions& actions, const PendingFrame& pending, c
 void on_frame_stored(State& state, const FrameStored& stored) {
   if (!state.job) return;
   for (auto* take : {&state.job->current, &state.job->storing}) {
-    if (!*take || (*take)->row != stored.row) continue;
+    if (!*take || (*take)->row != stored.row || (*take)->number != stored.take) continue;
     for (scan::FrameRecord& frame : (*take)->frames) {
       if (frame.index == stored.index) frame.sha256 = stored.sha256;
     }
@@ -295,6 +334,19 @@ void on_pose_committed(const Setup& /*setup*/, State& state, Actions& actions,
   publish(state, actions, std::move(event));
 }
 
+void give_back(State& state, Actions& actions) {
+  ActiveJob& job = *state.job;
+  stop_own_work(state, actions);
+  for (auto* take : {&job.current, &job.storing}) {
+    if (!*take) continue;
+    const PoseTake& given = **take;
+    if (given.committing) continue;
+    actions.push_back(DiscardBracket{given.row});
+    job.rows.push_front({given.row, given.target_rad, scan::RowState::pending, given.attempt - 1, {}});
+    take->reset();
+  }
+}
+
 void end_job(const Setup& setup, State& state, Actions& actions, std::uint64_t id, JobEntry::State how,
              const std::string& reason) {
   JobEntry* entry = find_job(state, id);
@@ -305,13 +357,10 @@ void end_job(const Setup& setup, State& state, Actions& actions, std::uint64_t i
     for (const auto& take : {state.job->current, state.job->storing}) {
       if (take && !take->committing) actions.push_back(DiscardBracket{take->row});
     }
-    if (state.motion) stop_axes(state, actions);
-    if (state.frame) {
-      actions.push_back(AbortCamera{});
-      state.frame.reset();
-    }
+    stop_own_work(state, actions);
     if (setup.light.has_shutter) actions.push_back(SetShutter{false});
     state.job.reset();
+    state.parking = how == JobEntry::State::aborted && setup.rig.unattended.park_rad.has_value();
   }
   publish_job(state, actions, *entry);
 }

@@ -17,6 +17,13 @@ void on_job_frame(State& state, Actions& actions, const PendingFrame& pending, c
 void on_frame_stored(State& state, const FrameStored& stored);
 void on_pose_committed(const Setup& setup, State& state, Actions& actions, const PoseCommitted& committed);
 
+/// The pose in flight is taken again later, as if it had not begun; what is complete and on its way to the
+/// disk stays.
+void give_back(State& state, Actions& actions);
+
+/// Null: there is none.
+[[nodiscard]] JobEntry* find_job(State& state, std::uint64_t id);
+
 /// Ends a job for good.
 void end_job(const Setup& setup, State& state, Actions& actions, std::uint64_t id, JobEntry::State how,
              const std::string& reason);

@@ -20,6 +20,10 @@ BusWorker::Group motion_of(std::size_t axis) {
 constexpr BusWorker::Group kShutter = static_cast<BusWorker::Group>(kAxisCount) + 1;
 constexpr BusWorker::Group kLevel = kShutter + 1;
 
+DeviceFailed failure(const std::string& device, const base::Error& error) {
+  return {device + ": " + error.text(), device, error.code == base::ErrorCode::lost};
+}
+
 template <typename... Ts>
 struct Overloaded : Ts... {
   using Ts::operator()...;
@@ -78,7 +82,7 @@ void Loop::run() {
 void Loop::to_axis(std::size_t axis, Turn turn, std::function<base::Result<void>(drivers::Axis&)> what) {
   auto transaction = [this, axis, what = std::move(what)] {
     if (auto done = what(*devices_.axes[axis]); !done) {
-      post(DeviceFailed{fmt::format("axis {}: {}", machine::kAxisNames[axis], done.error().text())});
+      post(failure(fmt::format("axis {}", machine::kAxisNames[axis]), done.error()));
     }
   };
   if (turn == Turn::stop) {
@@ -101,7 +105,7 @@ void Loop::fetch(const FetchFrame& action) {
       if (frame) {
         post(FrameNotReady{action.exposure});
       } else {
-        post(DeviceFailed{"camera: " + frame.error().text()});
+        post(failure("camera", frame.error()));
       }
       return;
     }
@@ -178,25 +182,33 @@ void Loop::carry_out(Action& action) {
           },
           [&](const ArmCamera&) {
             devices_.camera_worker->queue([this] {
-              if (auto ok = devices_.camera->arm(); !ok) post(DeviceFailed{"camera: " + ok.error().text()});
+              if (auto ok = devices_.camera->arm(); !ok) post(failure("camera", ok.error()));
             });
           },
           [&](const TriggerCamera& a) {
             devices_.camera_worker->queue([this, a] {
               if (auto ok = devices_.camera->trigger(a.exposure_s, 1); !ok)
-                post(DeviceFailed{"camera: " + ok.error().text()});
+                post(failure("camera", ok.error()));
             });
           },
           [&](const FetchFrame& a) { fetch(a); },
           [&](const AbortCamera&) {
             devices_.camera_worker->queue([this] {
-              if (auto ok = devices_.camera->abort(); !ok) post(DeviceFailed{"camera: " + ok.error().text()});
+              if (auto ok = devices_.camera->abort(); !ok) post(failure("camera", ok.error()));
+            });
+          },
+          [&](const ProbeCamera&) {
+            devices_.camera_worker->queue([this] {
+              if (auto ok = devices_.camera->abort(); ok) {
+                post(CameraAnswered{});
+              } else {
+                post(failure("camera", ok.error()));
+              }
             });
           },
           [&](const SetLightLevel& a) {
             auto transaction = [this, a] {
-              if (auto ok = devices_.light->set_level(a.level); !ok)
-                post(DeviceFailed{"light: " + ok.error().text()});
+              if (auto ok = devices_.light->set_level(a.level); !ok) post(failure("light", ok.error()));
             };
             if (a.level > 0) {
               devices_.light_worker->queue(transaction, kLevel);
@@ -206,8 +218,7 @@ void Loop::carry_out(Action& action) {
           },
           [&](const SetShutter& a) {
             auto transaction = [this, a] {
-              if (auto ok = devices_.light->set_shutter(a.open); !ok)
-                post(DeviceFailed{"light: " + ok.error().text()});
+              if (auto ok = devices_.light->set_shutter(a.open); !ok) post(failure("light", ok.error()));
             };
             if (a.open) {
               devices_.light_worker->queue(transaction, kShutter);
@@ -220,7 +231,7 @@ void Loop::carry_out(Action& action) {
               if (auto state = devices_.light->state(); state) {
                 post(LightPolled{a.number, *state});
               } else {
-                post(DeviceFailed{"light: " + state.error().text()});
+                post(failure("light", state.error()));
               }
             });
           },
@@ -229,7 +240,7 @@ void Loop::carry_out(Action& action) {
               if (auto levels = devices_.lines->read(); levels) {
                 post(LinesRead{(*levels).at(devices_.emergency_stop_line)});
               } else {
-                post(DeviceFailed{"lines: " + levels.error().text()});
+                post(failure("lines", levels.error()));
               }
             });
           },
@@ -246,6 +257,15 @@ void Loop::carry_out(Action& action) {
           [&](const Publish& a) {
             if (a.event.has_stop_latched()) base::log_warning("stopped: {}", a.event.stop_latched().reason());
             if (a.event.has_alarm()) base::log_error("{}", a.event.alarm().text());
+            if (a.event.has_job_suspended()) {
+              const auto& suspended = a.event.job_suspended();
+              base::log_warning("job {} is suspended, {}: {}", suspended.job(), suspended.condition(),
+                                suspended.reason());
+            }
+            if (a.event.has_job_released()) {
+              base::log_info("job {}: {} has ended", a.event.job_released().job(),
+                             a.event.job_released().condition());
+            }
             if (a.event.has_pose_failed()) {
               base::log_warning("row {}: {}", a.event.pose_failed().row(), a.event.pose_failed().reason());
             }

@@ -1,6 +1,9 @@
 #include "daemon/messages.h"
 
+#include <algorithm>
+
 #include "core/base/units.h"
+#include "daemon/conditions.h"
 
 namespace rig::daemon {
 
@@ -12,8 +15,17 @@ std::int64_t microseconds(Time time) {
   return std::chrono::duration_cast<std::chrono::microseconds>(time.time_since_epoch()).count();
 }
 
-protocol::JobState translate(JobEntry::State state) {
-  switch (state) {
+protocol::JobState translate(const State& state, const JobEntry& job, bool at_work) {
+  if (job.state == JobEntry::State::queued && !job.hold.empty()) return protocol::HELD;
+  if (at_work) {
+    const auto on = active_conditions(state);
+    const bool person = std::any_of(on.begin(), on.end(), [](const ActiveCondition& active) {
+      return active.condition == Condition::held || active.condition == Condition::sample_change;
+    });
+    if (person) return protocol::HELD;
+    if (!on.empty()) return protocol::SUSPENDED;
+  }
+  switch (job.state) {
     case JobEntry::State::queued:
       return protocol::QUEUED;
     case JobEntry::State::active:
@@ -54,7 +66,9 @@ protocol::JobInfo make_job_info(const State& state, const JobEntry& job) {
   info.set_job(job.id);
   info.set_name(job.name);
   info.set_sample(job.sample);
-  info.set_state(translate(job.state));
+  const JobEntry* active = active_job(state);
+  const bool at_work = active != nullptr && active->id == job.id && job.state == JobEntry::State::active;
+  info.set_state(translate(state, job, at_work));
   info.set_scan_folder(job.scan_folder);
   info.set_poses(job.poses);
   info.set_done(job.done);
@@ -62,6 +76,17 @@ protocol::JobInfo make_job_info(const State& state, const JobEntry& job) {
   info.set_retries(job.retries);
   info.set_reason(job.reason);
   info.set_row(-1);
+  info.set_hold(job.hold);
+  info.set_needs_sample_change(job.needs_sample_change);
+  if (at_work) {
+    for (const ActiveCondition& on : active_conditions(state)) {
+      auto& suspension = *info.add_suspensions();
+      suspension.set_condition(std::string(condition_name(on.condition)));
+      suspension.set_reason(on.track->reason);
+      suspension.set_since_us(microseconds(on.track->since));
+    }
+    info.set_resting(state.job && state.job->resting);
+  }
   if (state.job && state.job->id == job.id) {
     info.set_seconds_left(state.job->seconds_per_pose *
                           static_cast<double>(job.poses - job.done - job.abandoned));
@@ -101,6 +126,8 @@ protocol::Status make_status(const Setup& setup, const State& state) {
     axis.set_max_deg(degrees(setup.rig.axes[i].max_rad));
   }
   *status.mutable_light() = make_light_status(state.light);
+  for (const auto& [device, what] : state.lost) status.add_lost_devices(what);
+  if (state.free_bytes) status.set_free_bytes(static_cast<std::uint64_t>(*state.free_bytes));
   if (state.job) {
     for (const JobEntry& job : state.jobs) {
       if (job.id == state.job->id) *status.mutable_job() = make_job_info(state, job);

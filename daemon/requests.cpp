@@ -6,6 +6,7 @@
 #include "daemon/job.h"
 #include "daemon/messages.h"
 #include "daemon/motion.h"
+#include "daemon/queue.h"
 #include "daemon/safety.h"
 
 namespace rig::daemon {
@@ -36,7 +37,8 @@ std::string why_busy(const State& state) {
   if (state.ending) return "rigd is ending";
   if (!state.stopped.empty())
     return fmt::format("the rig is stopped: {}; clear the stop first", state.stopped);
-  if (state.job) return "a job is running; abort it first";
+  if (state.job && !state.job->resting) return "a job is running; hold or abort it first";
+  if (!state.lost.empty()) return "a device does not answer: " + state.lost.begin()->second;
   if (state.motion) return "the rig is moving";
   if (state.snap) return "the camera is exposing";
   return {};
@@ -98,7 +100,7 @@ void move(const Work& w, const protocol::Move& command) {
 }
 
 void set_light(const Work& w, const protocol::SetLight& command) {
-  if (w.state.job) return w.refuse("a job is running and needs the light");
+  if (w.state.job && !w.state.job->resting) return w.refuse("a job is running and needs the light");
   const bool lights_up = (command.has_shutter_open() && command.shutter_open()) ||
                          (command.has_on() && command.on()) || (command.has_level() && command.level() > 0);
   if (lights_up && !w.state.stopped.empty()) return w.refuse("the rig is stopped; clear the stop first");
@@ -144,6 +146,12 @@ void submit_job(const Work& w, const protocol::SubmitJob& command) {
   if (!job) return w.refuse(job.error().text());
   if (auto ok = machine::check_job(w.setup.rig, *job); !ok) return w.refuse(ok.error().text());
   w.actions.push_back(CreateJob{w.asker, command});
+}
+
+// Of what is done or refused at once.
+void answer_with(const Work& w, const Result<void>& done) {
+  if (!done) return w.refuse(done.error().text());
+  w.answer(protocol::DONE);
 }
 
 void list_jobs(const Work& w) {
@@ -216,6 +224,13 @@ void on_request(const Setup& setup, State& state, Actions& actions, const Reques
       return show_job(w, request.show_job().job());
     case Request::kAbortJob:
       return abort_job(w, request.abort_job().job());
+    case Request::kHoldJob:
+      return answer_with(w, hold_job(state, actions, request.hold_job().job(), request.hold_job().reason()));
+    case Request::kReleaseJob:
+      return answer_with(w, release_job(state, actions, request.release_job().job()));
+    case Request::kReorderJob:
+      return answer_with(
+          w, reorder_job(state, actions, request.reorder_job().job(), request.reorder_job().before()));
     case Request::COMMAND_NOT_SET:
       return w.refuse("the request has no command that is known here");
   }

@@ -16,6 +16,10 @@ Result<void> may_move(const Setup& setup, const State& state, const std::array<b
                 "clear the stop first");
   }
   if (state.emergency_stop) return fail(ErrorCode::refused, "the emergency stop is active");
+  if (!state.lost.empty()) {
+    return fail(ErrorCode::refused, fmt::format("a device does not answer: {}", state.lost.begin()->second),
+                {}, "it is looked for again and again");
+  }
   JointAngles from{};
   JointAngles to{};
   for (std::size_t i = 0; i < kAxisCount; ++i) {

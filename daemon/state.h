@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +14,7 @@
 #include "core/machine/job_config.h"
 #include "core/machine/rig_config.h"
 #include "core/scan/journal.h"
+#include "daemon/condition_track.h"
 #include "drivers/api/device.h"
 #include "protocol/server.h"
 
@@ -64,6 +66,7 @@ struct Motion {
 
 /// One pose of the plan being taken: moved to, exposed, stored.
 struct PoseTake {
+  std::uint64_t number = 0;  ///< of this take: what is told of an earlier one of the row is outdated
   std::int64_t row = 0;
   int attempt = 1;
   JointAngles target_rad{};
@@ -95,6 +98,8 @@ struct JobEntry {
   State state = State::queued;
   std::int64_t poses = 0, done = 0, abandoned = 0, retries = 0;
   std::string reason;
+  std::string hold;                  ///< why it is held until an operator releases it; empty: it is not
+  bool needs_sample_change = false;  ///< a person has not yet changed the sample for it
 };
 
 /// The job that is being carried out. Its plan stays in the journal; here are the rows that are still to be
@@ -111,6 +116,9 @@ struct ActiveJob {
   std::uint64_t light_asked = 0;    ///< the poll that came after the light was set up for the job
   double seconds_per_pose = 0;      ///< smoothed, rig time
   Time last_commit{};
+  Time warming_since{};    ///< in the phase warming
+  bool suspended = false;  ///< a condition is on: no pose begins
+  bool resting = false;    ///< suspended, and nothing of the job is under way: the rig may be used by hand
 };
 
 struct Snap {
@@ -137,6 +145,13 @@ struct State {
   std::optional<Snap> snap;
   std::vector<JobEntry> jobs;
   std::optional<ActiveJob> job;
+  std::uint64_t last_take = 0;  ///< number of the latest PoseTake
+  bool parking = false;         ///< the axes are to go to the park pose once they stand
+
+  std::array<ConditionTrack, kConditionCount> conditions;  ///< of the active job, by Condition
+  std::map<std::string, std::string> lost;  ///< devices that do not answer for now, and what was said
+  std::optional<double> free_bytes;         ///< where the active job's scan is, as last told
+  Time disk_look_at{};
 
   Time look_at{};  ///< next regular look at lines, light and axes
 };

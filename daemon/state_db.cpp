@@ -15,6 +15,8 @@ constexpr const char* kSchema = R"sql(
 CREATE TABLE IF NOT EXISTS jobs(id INTEGER PRIMARY KEY, name TEXT NOT NULL, sample TEXT NOT NULL, scan_folder TEXT NOT NULL,
   state INTEGER NOT NULL, poses INTEGER NOT NULL, done INTEGER NOT NULL, abandoned INTEGER NOT NULL,
   retries INTEGER NOT NULL, reason TEXT NOT NULL) STRICT;
+CREATE TABLE IF NOT EXISTS queue(job INTEGER PRIMARY KEY, place INTEGER NOT NULL, hold TEXT NOT NULL,
+  needs_sample_change INTEGER NOT NULL) STRICT;
 CREATE TABLE IF NOT EXISTS facts(key TEXT PRIMARY KEY, value TEXT NOT NULL) STRICT;
 )sql";
 
@@ -46,8 +48,9 @@ Result<std::uint64_t> StateDb::begin_epoch() {
 
 Result<std::vector<JobEntry>> StateDb::jobs() const {
   auto query = database_.prepare(
-      "SELECT id, name, sample, scan_folder, state, poses, done, abandoned, retries, reason FROM jobs ORDER "
-      "BY id");
+      "SELECT id, name, sample, scan_folder, state, poses, done, abandoned, retries, reason, "
+      "coalesce(hold, ''), coalesce(needs_sample_change, 0) FROM jobs LEFT JOIN queue ON job = id "
+      "ORDER BY coalesce(place, id), id");
   if (!query) return pass(query);
   std::vector<JobEntry> jobs;
   while (true) {
@@ -65,6 +68,8 @@ Result<std::vector<JobEntry>> StateDb::jobs() const {
     job.abandoned = query->integer(7);
     job.retries = query->integer(8);
     job.reason = query->text(9);
+    job.hold = query->text(10);
+    job.needs_sample_change = query->integer(11) != 0;
     jobs.push_back(std::move(job));
   }
 }
@@ -79,6 +84,13 @@ Result<std::uint64_t> StateDb::next_job_id() const {
 Result<void> StateDb::save_job(const JobEntry& job) {
   auto write = database_.prepare("INSERT OR REPLACE INTO jobs VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   if (!write) return pass(write);
+  auto queue = database_.prepare(
+      "INSERT INTO queue VALUES(?, (SELECT coalesce(max(place), 0) + 1 FROM queue), ?, ?) "
+      "ON CONFLICT(job) DO UPDATE SET hold = excluded.hold, "
+      "needs_sample_change = excluded.needs_sample_change");
+  if (!queue) return pass(queue);
+  queue->bind(1, static_cast<std::int64_t>(job.id)).bind(2, std::string_view(job.hold));
+  queue->bind(3, std::int64_t{job.needs_sample_change ? 1 : 0});
   write->bind(1, static_cast<std::int64_t>(job.id)).bind(2, std::string_view(job.name));
   write->bind(3, std::string_view(job.sample)).bind(4, std::string_view(job.scan_folder));
   write->bind(5, static_cast<std::int64_t>(job.state))
@@ -86,7 +98,23 @@ Result<void> StateDb::save_job(const JobEntry& job) {
       .bind(7, job.done)
       .bind(8, job.abandoned);
   write->bind(9, job.retries).bind(10, std::string_view(job.reason));
-  return write->run();
+  return database_.transaction([&]() -> Result<void> {
+    if (auto done = write->run(); !done) return done;
+    return queue->run();
+  });
+}
+
+Result<void> StateDb::save_order(const std::vector<std::uint64_t>& jobs) {
+  auto write = database_.prepare(
+      "INSERT INTO queue VALUES(?, ?, '', 0) ON CONFLICT(job) DO UPDATE SET place = excluded.place");
+  if (!write) return pass(write);
+  return database_.transaction([&]() -> Result<void> {
+    for (std::size_t i = 0; i < jobs.size(); ++i) {
+      write->bind(1, static_cast<std::int64_t>(jobs[i])).bind(2, static_cast<std::int64_t>(i));
+      if (auto done = write->run(); !done) return done;
+    }
+    return {};
+  });
 }
 
 Result<std::string> StateDb::stopped() const {

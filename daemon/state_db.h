@@ -18,9 +18,11 @@ class StateDb {
 
   /// The number of this start of rigd: one more than the last.
   [[nodiscard]] base::Result<std::uint64_t> begin_epoch();
-  [[nodiscard]] base::Result<std::vector<JobEntry>> jobs() const;
+  [[nodiscard]] base::Result<std::vector<JobEntry>> jobs() const;  ///< as they stand in the queue
   [[nodiscard]] base::Result<std::uint64_t> next_job_id() const;
   [[nodiscard]] base::Result<void> save_job(const JobEntry& job);
+  /// The queue's order: every job's number.
+  [[nodiscard]] base::Result<void> save_order(const std::vector<std::uint64_t>& jobs);
   [[nodiscard]] base::Result<std::string> stopped() const;
   [[nodiscard]] base::Result<void> save_stopped(const std::string& reason);
 

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 
+#include "daemon/conditions.h"
 #include "daemon/job.h"
 #include "daemon/messages.h"
 #include "daemon/motion.h"
+#include "daemon/queue.h"
 #include "daemon/requests.h"
 #include "daemon/safety.h"
 
@@ -15,6 +17,8 @@ using base::seconds;
 namespace {
 
 constexpr double kLookEvery_s = 0.5;  // at the lines, the light and resting axes
+constexpr double kDiskEvery_s = 30;
+constexpr double kShortDiskEvery_s = 5;
 constexpr double kFetchAgain_s = 0.005;
 constexpr double kFetchAnswer_s = 30;  // of a camera on a slow wire
 
@@ -29,6 +33,7 @@ struct Handler {
   void operator()(const RequestReceived& event) const { on_request(setup, state, actions, event); }
 
   void operator()(const AxisPolled& event) const {
+    state.lost.erase(fmt::format("axis {}", machine::kAxisNames[event.axis]));
     const auto end = on_axis_polled(setup, state, actions, event);
     if (!end) return;
     if (end->asker) {
@@ -47,6 +52,7 @@ struct Handler {
                          before.level != event.state.level ||
                          before.shutter_open != event.state.shutter_open || before.warm != event.state.warm;
     state.light = event.state;
+    state.lost.erase("light");
     state.light_known = true;
     state.light_read = event.number;
     if (!event.state.fault.empty() && state.stopped.empty()) {
@@ -59,12 +65,20 @@ struct Handler {
   }
 
   void operator()(const LinesRead& event) const {
-    state.emergency_stop = event.emergency_stop;
-    if (event.emergency_stop && state.stopped.empty())
-      stop_everything(setup, state, actions, "emergency stop");
+    state.emergency_stop = event.emergency_stop;  // conditions.cpp latches the stop
+    state.lost.erase("lines");
   }
 
   void operator()(const DeviceFailed& event) const {
+    if (event.transient) {
+      // Once: what it is asked while it is away fails too.
+      if (!state.lost.emplace(event.device, event.what).second) return;
+      for (std::size_t i = 0; i < kAxisCount; ++i) {
+        if (event.device == fmt::format("axis {}", machine::kAxisNames[i])) state.axes[i].known = false;
+      }
+      drop_all(setup, state, actions, event.what);
+      return;
+    }
     if (state.stopped.empty()) {
       stop_everything(setup, state, actions, event.what);
       return;
@@ -83,6 +97,7 @@ struct Handler {
   }
 
   void operator()(const FrameFetched& event) const {
+    state.lost.erase("camera");
     if (!state.frame || state.frame->exposure != event.exposure) {
       actions.push_back(ReleaseFrame{event.slot});  // of something that was stopped
       return;
@@ -107,8 +122,15 @@ struct Handler {
 
   // The job stays active: once its cause is mended and the stop is cleared, it goes on.
   void operator()(const StorageFailed& event) const {
+    if (event.lost_scan != 0) {
+      end_job(setup, state, actions, event.lost_scan, JobEntry::State::failed, event.what);
+      return;
+    }
     stop_everything(setup, state, actions, "the scan's disk: " + event.what);
   }
+
+  void operator()(const CameraAnswered& /*event*/) const { state.lost.erase("camera"); }
+  void operator()(const DiskRead& event) const { state.free_bytes = event.free_bytes; }
 
   void operator()(const EndRequested& /*event*/) const {
     if (state.ending) return;
@@ -123,9 +145,17 @@ void look_around(const Setup& setup, State& state, Actions& actions) {
   state.look_at = state.now + seconds(kLookEvery_s);
   if (setup.rig.emergency_stop) actions.push_back(ReadLines{});
   actions.push_back(PollLight{++state.last_poll});
+  if (state.lost.count("camera") != 0) actions.push_back(ProbeCamera{});
   for (std::size_t i = 0; i < kAxisCount; ++i) {
     if (!state.motion || !state.motion->involved[i]) actions.push_back(PollAxis{i, ++state.last_poll});
   }
+}
+
+void look_at_disk(State& state, Actions& actions) {
+  if (!state.job || state.job->phase == ActiveJob::Phase::opening || state.now < state.disk_look_at) return;
+  const bool is_short = state.conditions[static_cast<std::size_t>(Condition::disk)].on;
+  state.disk_look_at = state.now + seconds(is_short ? kShortDiskEvery_s : kDiskEvery_s);
+  actions.push_back(PollDisk{});
 }
 
 void fetch_frame(const Setup& setup, State& state, Actions& actions) {
@@ -156,10 +186,13 @@ Step step(const Setup& setup, State state, const Event& event) {
   out.state.now = std::max(out.state.now, event.time);
   const auto mode = mode_of(out.state);
   std::visit(Handler{setup, out.state, out.actions}, event.what);
+  watch_conditions(setup, out.state, out.actions);
+  advance_parking(setup, out.state, out.actions);
   advance_job(setup, out.state, out.actions);
   poll_motion(setup, out.state, out.actions);
   fetch_frame(setup, out.state, out.actions);
   look_around(setup, out.state, out.actions);
+  look_at_disk(out.state, out.actions);
   if (const auto now = mode_of(out.state); now != mode) {
     protocol::Event changed;
     changed.mutable_mode_changed()->set_mode(now);
@@ -182,10 +215,14 @@ std::optional<Wake> next_wake(const State& state) {
     consider(state.frame->fetching ? state.frame->answer_by : state.frame->fetch_at);
   }
   if (state.job) {
-    if (state.job->not_before > state.now) consider(state.job->not_before);
-    // A lamp that warms up is waited for at the rig's pace, look by look.
-    if (state.job->phase != ActiveJob::Phase::running) wake.kind = base::WaitFor::rig;
+    const bool suspended = state.job->suspended;
+    if (state.job->not_before > state.now && !suspended) consider(state.job->not_before);
+    // A lamp that warms up is waited for at the rig's pace, look by look; so is what suspends a job, unless a
+    // person has to end it.
+    const bool looks = state.job->phase != ActiveJob::Phase::running;
+    if (suspended ? waits_for_rig(state) : looks) wake.kind = base::WaitFor::rig;
   }
+  if (state.parking) wake.kind = base::WaitFor::rig;
   return wake;
 }
 

@@ -46,6 +46,8 @@ void Storage::carry_out(const Action& action) {
   if (const auto* create = std::get_if<CreateJob>(&action)) return create_job(*create);
   if (const auto* open = std::get_if<OpenJob>(&action)) return open_job(*open);
   if (const auto* save = std::get_if<SaveJob>(&action)) return check(db_.save_job(save->entry));
+  if (const auto* order = std::get_if<SaveOrder>(&action)) return check(db_.save_order(order->jobs));
+  if (std::holds_alternative<PollDisk>(action)) return poll_disk();
   if (const auto* stop = std::get_if<SaveStop>(&action)) return check(db_.save_stopped(stop->reason));
   if (const auto* store = std::get_if<StoreFrame>(&action)) return store_frame(*store);
   if (const auto* commit = std::get_if<CommitPose>(&action)) return commit_pose(*commit);
@@ -73,6 +75,7 @@ void Storage::create_job(const CreateJob& action) {
     entry.id = *id;
     entry.name = config->name;
     entry.sample = config->sample;
+    entry.needs_sample_change = config->needs_sample_change;
     entry.scan_folder = action.submit.scan_folder();
     entry.poses = static_cast<std::int64_t>(config->poses.size());
     if (auto ok = db_.save_job(entry); !ok) return base::pass(ok);
@@ -83,7 +86,9 @@ void Storage::create_job(const CreateJob& action) {
 
 void Storage::open_job(const OpenJob& action) {
   scan_ = action.scan_folder;
+  job_ = action.id;
   journal_.reset();
+  if (!scan_is_there()) return;
   const auto opened = [&]() -> Result<JobOpened> {
     auto config = machine::load_job_config((scan_ / "job.toml").string());
     if (!config) return base::pass(config);
@@ -106,6 +111,22 @@ void Storage::open_job(const OpenJob& action) {
   }
 }
 
+// A folder that was moved or removed would be made anew by the next frame, without its journal.
+bool Storage::scan_is_there() {
+  std::error_code error;
+  if (std::filesystem::exists(scan::journal_path(scan_), error)) return true;
+  report_(StorageFailed{
+      fmt::format("{}: the scan's folder or its journal is no longer there", scan_.string()), job_});
+  return false;
+}
+
+void Storage::poll_disk() {
+  std::error_code error;
+  const auto space = std::filesystem::space(scan_, error);
+  // A folder that is not there is told by what wants to write.
+  if (!error) report_(DiskRead{static_cast<double>(space.available)});
+}
+
 void Storage::store_frame(const StoreFrame& action) {
   scan::FrameFacts facts;
   facts.row = action.pose.row;
@@ -116,17 +137,22 @@ void Storage::store_frame(const StoreFrame& action) {
   facts.gain = action.frame.gain;
   facts.bayer = geometry::text_from_bayer(camera_.bayer);
   facts.bits = camera_.sensor.bits;
+  if (!scan_is_there()) {
+    pool_.release(action.slot);
+    return;
+  }
   const auto hash = scan::store_frame(scan_, facts, camera_.intrinsics.width, camera_.intrinsics.height,
                                       pool_.pixels(action.slot).data());
   pool_.release(action.slot);
   if (hash) {
-    report_(FrameStored{facts.row, facts.index, *hash});
+    report_(FrameStored{facts.row, facts.index, *hash, action.pose.number});
   } else {
     report_(StorageFailed{hash.error().text()});
   }
 }
 
 void Storage::commit_pose(const CommitPose& action) {
+  if (!scan_is_there()) return;
   const auto done = [&]() -> Result<void> {
     if (!journal_) return base::fail(base::ErrorCode::io, "no journal is open", scan_.string());
     if (auto ok = scan::publish_bracket(scan_, action.pose.row); !ok) return ok;

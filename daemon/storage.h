@@ -28,8 +28,8 @@ class Storage {
   Storage(const Storage&) = delete;
   Storage& operator=(const Storage&) = delete;
 
-  /// One of CreateJob, OpenJob, SaveJob, StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, or
-  /// an answer to be passed on once all that was queued before it is on the disk.
+  /// One of CreateJob, OpenJob, SaveJob, SaveOrder, PollDisk, StoreFrame, CommitPose, DiscardBracket,
+  /// RecordFailure, SaveStop, or an answer to be passed on once all that was queued before it is on the disk.
   void queue(Action action);
 
  private:
@@ -39,6 +39,8 @@ class Storage {
   void open_job(const OpenJob& action);
   void store_frame(const StoreFrame& action);
   void commit_pose(const CommitPose& action);
+  void poll_disk();
+  [[nodiscard]] bool scan_is_there();
   void check(const base::Result<void>& result);
 
   base::Clock& clock_;
@@ -49,6 +51,7 @@ class Storage {
   Report report_;
   PassOn pass_on_;
   std::filesystem::path scan_;
+  std::uint64_t job_ = 0;  ///< whose scan is open
   std::optional<scan::Journal> journal_;
   base::Mailbox<std::optional<Action>> mailbox_;
   std::thread thread_;

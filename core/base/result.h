@@ -20,6 +20,7 @@ enum class ErrorCode {
   busy,         ///< correct, but not now
   refused,      ///< a rule forbids it
   interrupted,  ///< a person or the system asked to end
+  lost,         ///< a device is gone for now and may come back by itself
 };
 
 /// What went wrong, where, and what to do about it, each in words for a person.

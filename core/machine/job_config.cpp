@@ -55,6 +55,7 @@ base::Result<JobConfig> read_job(const ConfigTable& root) {
   job.name = root.text("name");
   job.sample = root.text("sample");
   job.operator_name = root.text_or("operator", "");
+  job.needs_sample_change = root.boolean_or("needs_sample_change", false);
   job.exposure = read_exposure(root.table("exposure"));
   if (const auto retry = root.table_if("retry")) {
     job.retry.attempts = static_cast<int>(retry->integer_or("attempts", job.retry.attempts, 1, 100));
@@ -141,6 +142,7 @@ std::string format_job_config(const JobConfig& job, std::string_view comment) {
   out +=
       fmt::format("format = {}\nname = {}\nsample = {}\n", kJobFormat, quoted(job.name), quoted(job.sample));
   if (!job.operator_name.empty()) out += fmt::format("operator = {}\n", quoted(job.operator_name));
+  if (job.needs_sample_change) out += "needs_sample_change = true\n";
   out += "\n[exposure]\n";
   if (job.exposure.strategy == ExposureStrategy::fixed) {
     std::string list;

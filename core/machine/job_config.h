@@ -34,6 +34,7 @@ struct JobConfig {
   std::string name;
   std::string sample;              ///< the sample's name, for people
   std::string operator_name;       ///< may be empty
+  bool needs_sample_change = false;  ///< waits before it starts until a person has changed the sample
   std::vector<JointAngles> poses;  ///< in the order in which they are to be taken
   ExposureConfig exposure;
   RetryConfig retry;

@@ -284,6 +284,7 @@ base::Result<RigConfig> read_rig(const ConfigTable& root) {
   rig.keep_out = read_keep_out(root);
   check_carrier_radius(rig.carrier, bodies, rig.bodies.carrier_radius_m);
   check_devices_differ(root, rig);
+  rig.unattended = read_unattended(root);
   if (auto done = root.finish(); !done) return base::pass(done);
   // Only of a rig that is otherwise right can it be asked whether it may stand where homing leaves it.
   JointAngles home{};
@@ -291,6 +292,12 @@ base::Result<RigConfig> read_rig(const ConfigTable& root) {
   if (auto stands = check_standing(rig, home); !stands) {
     return base::fail(base::ErrorCode::bad_input, "the rig may not stand at home: " + stands.error().what,
                       root.where("axis"));
+  }
+  if (rig.unattended.park_rad) {
+    if (auto stands = check_standing(rig, *rig.unattended.park_rad); !stands) {
+      return base::fail(base::ErrorCode::bad_input, "the rig may not stand parked: " + stands.error().what,
+                        root.where("park"));
+    }
   }
   return rig;
 }

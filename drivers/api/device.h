@@ -33,6 +33,7 @@ struct AxisState {
   bool homed = false;
   bool at_low_limit = false, at_high_limit = false;
   std::string fault;  ///< empty: none
+  std::optional<double> temperature_c = std::nullopt;  ///< of motor or drive, where it tells
 };
 
 class Axis {
@@ -100,7 +101,8 @@ struct LightState {
   double level = 0;  ///< 0 .. 1
   bool warm = false;
   double hours = 0;   ///< lamp life used
-  std::string fault;  ///< empty: none
+  std::string fault;      ///< empty: none
+  std::optional<double> temperature_c = std::nullopt;  ///< of the lamp, where it tells
 };
 
 class Light {

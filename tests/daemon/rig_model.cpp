@@ -177,12 +177,20 @@ void RigModel::on_channel(Channel channel, Task task, int axis) {
   const auto i = static_cast<std::size_t>(axis);
   queue_.emplace(at, [this, i, stops = stops_[i], task = std::move(task)] {
     if (stops_[i] != stops) return;
+    if (lost(fmt::format("axis {}", machine::kAxisNames[i]))) return;
     if (chance(faults.refused)) {
       answer(DeviceFailed{"an axis refuses"});
     } else {
       task();
     }
   });
+}
+
+// Says so, as its driver would.
+bool RigModel::lost(const std::string& device) {
+  if (gone.count(device) == 0) return false;
+  answer(DeviceFailed{device + ": unplugged", device, true});
+  return true;
 }
 
 void RigModel::answer(What what) {
@@ -247,6 +255,7 @@ void RigModel::poll(std::size_t axis, std::uint64_t number) {
 }
 
 void RigModel::fetch(std::uint64_t exposure) {
+  if (lost("camera")) return;
   if (chance(faults.lost)) return;
   if (chance(faults.refused)) return answer(DeviceFailed{"the camera refuses"});
   if (!exposing_) return answer(DeviceFailed{"no exposure was triggered"});
@@ -308,6 +317,7 @@ void RigModel::check_commit(const CommitPose& commit) {
 }
 
 void RigModel::to_disk(const Action& action) {
+  if (std::holds_alternative<PollDisk>(action)) return answer(DiskRead{free_bytes});
   if (const auto* create = std::get_if<CreateJob>(&action)) {
     if (chance(faults.disk)) {
       return answer(JobCreated{create->asker, base::fail(base::ErrorCode::io, "the disk is full")});
@@ -320,6 +330,7 @@ void RigModel::to_disk(const Action& action) {
       scan.rows.push_back({static_cast<std::int64_t>(i), config->poses[i], scan::RowState::pending, 0, {}});
     }
     entry.poses = static_cast<std::int64_t>(scan.rows.size());
+    entry.needs_sample_change = config->needs_sample_change;
     scans_[entry.id] = std::move(scan);
     return answer(JobCreated{create->asker, entry});
   }
@@ -339,9 +350,10 @@ void RigModel::to_disk(const Action& action) {
   }
   if (const auto* store = std::get_if<StoreFrame>(&action)) {
     release(store->slot);
+    if (scan_folder_gone) return answer(StorageFailed{"the folder is gone", open_scan_});
     if (chance(faults.disk)) return answer(StorageFailed{"no space left"});
     stored_[{store->pose.row, store->frame.index}] = true;
-    return answer(FrameStored{store->pose.row, store->frame.index, "hash"});
+    return answer(FrameStored{store->pose.row, store->frame.index, "hash", store->pose.number});
   }
   if (const auto* commit = std::get_if<CommitPose>(&action)) {
     if (chance(faults.disk)) return answer(StorageFailed{"no space left"});
@@ -392,7 +404,7 @@ void RigModel::carry_out(const Action& action) {
     stop_drive(stop->axis);
   } else if (const auto* asked = std::get_if<PollAxis>(&action)) {
     on_channel(kAxes, [this, p = *asked] {
-      if (chance(faults.lost)) return;
+      if (chance(faults.lost) || lost(fmt::format("axis {}", machine::kAxisNames[p.axis]))) return;
       if (chance(faults.refused)) return answer(DeviceFailed{"an axis does not talk"});
       poll(p.axis, p.number);
     });
@@ -403,6 +415,10 @@ void RigModel::carry_out(const Action& action) {
     on_channel(kCamera, [this, t = *trigger] { exposing_ = {now_, t.exposure_s}; });
   } else if (const auto* wanted = std::get_if<FetchFrame>(&action)) {
     on_channel(kCamera, [this, exposure = wanted->exposure] { fetch(exposure); });
+  } else if (std::holds_alternative<ProbeCamera>(action)) {
+    on_channel(kCamera, [this] {
+      if (!lost("camera")) answer(CameraAnswered{});
+    });
   } else if (std::holds_alternative<AbortCamera>(action)) {
     on_channel(kCamera, [this] { exposing_.reset(); });
   } else if (const auto* level = std::get_if<SetLightLevel>(&action)) {
@@ -416,8 +432,9 @@ void RigModel::carry_out(const Action& action) {
     on_channel(kLight, [this, number = look->number] {
       if (chance(faults.lost)) return;
       const bool warm = level_ > 0 && now_ >= lit_ + seconds(setup_.light.warm_up_s);
-      answer(
-          LightPolled{number, {level_ > 0, shutter_, level_, warm, 0, chance(faults.garbage) ? "lamp" : ""}});
+      drivers::LightState light{level_ > 0, shutter_, level_, warm, 0, chance(faults.garbage) ? "lamp" : ""};
+      if (on_light_read) on_light_read(light);
+      answer(LightPolled{number, light});
     });
   } else if (std::holds_alternative<ReadLines>(action)) {
     on_channel(kLight, [this] { answer(LinesRead{emergency_stop}); });

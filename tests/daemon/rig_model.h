@@ -34,6 +34,10 @@ class RigModel {
 
   Faults faults;
   bool emergency_stop = false;
+  std::set<std::string> gone;                               ///< "camera", "axis pan", ... do not answer
+  std::function<void(drivers::LightState&)> on_light_read;  ///< changes what the light says of itself
+  double free_bytes = 1e12;                                 ///< of the scan's disk
+  bool scan_folder_gone = false;
 
   /// Whatever comes next happens: a device acts, a tick, or the request that a client wants to send by then.
   /// One call of step() at most.
@@ -80,6 +84,7 @@ class RigModel {
   void carry_out(const Action& action);
   void on_channel(Channel channel, Task task, int axis = -1);
   void answer(What what);
+  bool lost(const std::string& device);
   void drive(std::size_t axis, double to, double seconds);
   void stop_drive(std::size_t axis);
   [[nodiscard]] double place(std::size_t axis) const;

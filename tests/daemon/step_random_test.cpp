@@ -29,6 +29,7 @@ machine::JobConfig random_job(base::Random& random) {
     job.exposure.most_frames = static_cast<int>(1 + random.below(4));
     job.exposure.saturated_share = 0.4;
   }
+  job.needs_sample_change = random.below(4) == 0;
   job.retry.attempts = static_cast<int>(1 + random.below(3));
   job.retry.delay_s = random.uniform(0, 2);
   return job;
@@ -56,7 +57,7 @@ std::string axis_name(base::Random& random) {
 
 protocol::Request random_request(base::Random& random, std::size_t jobs) {
   protocol::Request request;
-  switch (random.below(19)) {
+  switch (random.below(23)) {
     case 0:
       request.mutable_get_status();
       break;
@@ -119,6 +120,17 @@ protocol::Request random_request(base::Random& random, std::size_t jobs) {
     case 17:
       if (random.below(3) == 0) request.mutable_abort_job()->set_job(random.below(jobs + 2));
       break;
+    case 18:
+      if (random.below(3) == 0) request.mutable_hold_job()->set_job(random.below(jobs + 2));
+      break;
+    case 19:
+    case 20:
+      request.mutable_release_job()->set_job(random.below(jobs + 2));
+      break;
+    case 21:
+      request.mutable_reorder_job()->set_job(random.below(jobs + 2));
+      request.mutable_reorder_job()->set_before(random.below(jobs + 2));
+      break;
     default:
       break;  // no command
   }
@@ -130,6 +142,13 @@ bool all_jobs_ended(const State& state) {
     if (job.state == JobEntry::State::queued || job.state == JobEntry::State::active) return false;
   }
   return true;
+}
+
+std::set<std::string> random_losses(base::Random& random) {
+  std::set<std::string> gone;
+  if (random.below(3) == 0) gone.insert("camera");
+  if (random.below(3) == 0) gone.insert("axis " + axis_name(random));
+  return gone;
 }
 
 Faults random_faults(base::Random& random) {
@@ -152,6 +171,9 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
   for (std::uint64_t round = 0; round < rounds(); ++round) {
     daemon::Setup setup = small_setup();
     setup.light.has_shutter = random.below(4) != 0;
+    setup.rig.unattended.suspend.limit_s = random.below(2) == 0 ? 5 : 7200;
+    setup.rig.unattended.suspend.fail_at_limit = random.below(6) == 0;
+    if (random.below(2) == 0) setup.rig.unattended.park_rad = some_poses()[1];
     setup.camera.overlaps_motion = random.below(3) != 0;
     RigModel model(setup, random_state(random), random.bits());
     const std::uint64_t jobs = random.below(3);
@@ -162,6 +184,8 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
       model.add_job(entry, random_job(random));
     }
     model.faults = random_faults(random);
+    double lamp = 1;  // what is left of the light's level
+    model.on_light_read = [&lamp](drivers::LightState& light) { light.level *= lamp; };
     const double pause_s = random.below(2) == 0 ? 0.2 : 20;
     base::Time next_request = model.now();
     const auto run = [&](bool calm, std::size_t most, const auto& until) {
@@ -172,12 +196,22 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
         next_request = model.now() + seconds(random.uniform(0, 2 * pause_s));
         if (!calm) {
           if (random.below(40) == 0) model.emergency_stop = !model.emergency_stop;
+          if (random.below(20) == 0) model.gone = random_losses(random);
+          if (random.below(20) == 0) model.free_bytes = random.below(2) == 0 ? 1e6 : 1e12;
+          if (random.below(20) == 0) lamp = random.below(2) == 0 ? 1 : random.uniform(0, 1.2);
           model.request(random_request(random, model.state().jobs.size()),
                         random.below(5) == 0 ? protocol::Role::observer : protocol::Role::operator_);
         } else if (!model.state().stopped.empty()) {
           protocol::Request clear;
           clear.mutable_clear_stop();
           model.request(clear);
+        } else {
+          for (const JobEntry& job : model.state().jobs) {
+            if (job.hold.empty() && !job.needs_sample_change) continue;
+            protocol::Request release;
+            release.mutable_release_job()->set_job(job.id);
+            model.request(release);
+          }
         }
         if (!model.broken().empty()) return;
       }
@@ -185,17 +219,13 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     run(false, 2500, [] { return false; });
     model.faults = Faults{};
     model.emergency_stop = false;
+    model.gone.clear();
+    model.free_bytes = 1e12;
+    lamp = 1;
     run(true, 20000, [&] {
       return all_jobs_ended(model.state()) && !model.state().motion && !model.state().snap && model.idle();
     });
     ASSERT_TRUE(model.broken().empty()) << "round " << round << ", " << model.broken().front();
-    if (!all_jobs_ended(model.state())) {
-      const auto& ev = model.events();
-      for (size_t i = ev.size() > 25 ? ev.size() - 25 : 0; i < ev.size(); ++i)
-        printf("job %d phase %d motion %d frame %d stop %s\n", (int)!!model.state().job,
-               model.state().job ? (int)model.state().job->phase : -1, (int)!!model.state().motion,
-               (int)!!model.state().frame, model.state().stopped.c_str());
-    }
     ASSERT_TRUE(all_jobs_ended(model.state())) << "round " << round << ": a job never ends";
     model.check_at_rest();
     ASSERT_TRUE(model.broken().empty()) << "round " << round << ", " << model.broken().front();
