@@ -178,6 +178,26 @@ Result<void> job_abort(const Connection& to, std::uint64_t job) {
   return only_done(ask(to, request, to.wait_s));
 }
 
+Result<void> job_hold(const Connection& to, std::uint64_t job, const std::string& reason) {
+  Request request;
+  request.mutable_hold_job()->set_job(job);
+  request.mutable_hold_job()->set_reason(reason);
+  return only_done(ask(to, request, to.wait_s));
+}
+
+Result<void> job_release(const Connection& to, std::uint64_t job) {
+  Request request;
+  request.mutable_release_job()->set_job(job);
+  return only_done(ask(to, request, to.wait_s));
+}
+
+Result<void> job_reorder(const Connection& to, std::uint64_t job, std::uint64_t before) {
+  Request request;
+  request.mutable_reorder_job()->set_job(job);
+  request.mutable_reorder_job()->set_before(before);
+  return only_done(ask(to, request, to.wait_s));
+}
+
 Result<void> scan_verify(const std::string& scan) {
   std::unique_ptr<base::Progress> progress;
   const auto report = scan::verify_scan(scan, [&progress](std::size_t left) {

@@ -35,6 +35,10 @@ struct LightChange {
 [[nodiscard]] Result<void> job_list(const Connection& to);
 [[nodiscard]] Result<void> job_show(const Connection& to, std::uint64_t job);
 [[nodiscard]] Result<void> job_abort(const Connection& to, std::uint64_t job);
+[[nodiscard]] Result<void> job_hold(const Connection& to, std::uint64_t job, const std::string& reason);
+[[nodiscard]] Result<void> job_release(const Connection& to, std::uint64_t job);
+/// Before 0: to the end of the queue.
+[[nodiscard]] Result<void> job_reorder(const Connection& to, std::uint64_t job, std::uint64_t before);
 
 /// An Error unless the scan is complete and undamaged.
 [[nodiscard]] Result<void> scan_verify(const std::string& scan);

@@ -18,6 +18,10 @@ std::string state_word(protocol::JobState state) {
       return "aborted";
     case protocol::JOB_FAILED:
       return "failed";
+    case protocol::HELD:
+      return "held";
+    case protocol::SUSPENDED:
+      return "suspended";
     default:
       return "?";
   }
@@ -55,6 +59,10 @@ std::string describe_job_shortly(const protocol::JobInfo& job) {
 std::string describe_job(const protocol::JobInfo& job) {
   std::string out = describe_job_shortly(job);
   if (!job.reason().empty()) out += ": " + job.reason();
+  if (!job.hold().empty() && job.suspensions().empty()) out += ": " + job.hold();
+  for (const auto& suspension : job.suspensions()) {
+    out += fmt::format("; {}: {}", suspension.condition(), suspension.reason());
+  }
   return out + fmt::format(", {}", job.scan_folder());
 }
 

@@ -110,6 +110,27 @@ int main(int argc, char** argv) {
   abort->add_option("job", id, "its number")->required();
   abort->callback([&] { chosen = [&] { return job_abort(to, id); }; });
 
+  std::uint64_t before = 0;
+  const auto add_hold = [&](const char* name, const char* help, const char* fallback) {
+    auto* hold = command(*job, name, help);
+    hold->add_option("job", id, "its number")->required();
+    hold->add_option("--reason", reason, "for those who find it held");
+    hold->callback([&, fallback] {
+      chosen = [&, fallback] { return job_hold(to, id, reason.empty() ? fallback : reason); };
+    });
+  };
+  add_hold("hold", "let a job wait until it is released; a running one finishes its pose", "");
+  add_hold("pause", "hold the running job after the pose in flight", "paused");
+  for (const char* name : {"release", "resume"}) {
+    auto* release = command(*job, name, "end a hold; also: the sample has been changed");
+    release->add_option("job", id, "its number")->required();
+    release->callback([&] { chosen = [&] { return job_release(to, id); }; });
+  }
+  auto* order = command(*job, "move", "change the order of the queue");
+  order->add_option("job", id, "its number")->required();
+  order->add_option("--before", before, "the number of a queued job; without: to the end");
+  order->callback([&] { chosen = [&] { return job_reorder(to, id, before); }; });
+
   auto* scans = app.add_subcommand("scan", "scans on disk");
   scans->require_subcommand(1);
   auto* verify = scans->add_subcommand("verify", "is a scan complete and undamaged?");

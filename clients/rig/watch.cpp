@@ -113,8 +113,8 @@ class Watch {
     update();
     bool idle = true;
     for (const auto& job : reply->jobs().jobs()) {
-      if (job.state() == protocol::ACTIVE) show(job);
-      if (job.state() == protocol::QUEUED || job.state() == protocol::ACTIVE) {
+      if (job.state() == protocol::ACTIVE || job.state() == protocol::SUSPENDED) show(job);
+      if (goes_on(job)) {
         idle = false;
         followed_.insert(job.job());
       }
@@ -136,7 +136,9 @@ class Watch {
       followed_.insert(job.job());
       // A job that is put into the queue does not take the place of the one that runs.
       if (job.state() == protocol::ACTIVE || job.job() == job_.job()) show(job);
-      if (job.state() != protocol::ACTIVE) screen_->message(describe_job(job));
+      if (job.state() != protocol::ACTIVE && job.state() != protocol::SUSPENDED) {
+        screen_->message(describe_job(job));
+      }
     } else if (event.has_pose_started()) {
       const auto& p = event.pose_started();
       pose_ = fmt::format("row {} at {:.1f} deg", p.row(),
@@ -167,9 +169,22 @@ class Watch {
     } else if (event.has_stop_cleared()) {
       stop_reason_.clear();
       screen_->message("the stop was cleared");
+    } else if (event.has_job_suspended()) {
+      const auto& suspended = event.job_suspended();
+      screen_->message(fmt::format("job {} is suspended, {}: {}", suspended.job(), suspended.condition(),
+                                   suspended.reason()));
+    } else if (event.has_job_released()) {
+      const auto& released = event.job_released();
+      screen_->message(fmt::format("job {}: {} has ended; {}", released.job(), released.condition(),
+                                   released.goes_on() ? "it goes on" : "it stays suspended"));
     } else if (event.has_alarm()) {
       screen_->message("alarm: " + event.alarm().text());
     }
+  }
+
+  static bool goes_on(const protocol::JobInfo& job) {
+    return job.state() == protocol::QUEUED || job.state() == protocol::ACTIVE ||
+           job.state() == protocol::HELD || job.state() == protocol::SUSPENDED;
   }
 
   void show(const protocol::JobInfo& job) {

@@ -21,7 +21,27 @@ JobEntry some_job(std::uint64_t id) {
   job.abandoned = 3;
   job.retries = 4;
   job.reason = "two\nlines";
+  job.hold = "the carrier is dusty";
+  job.needs_sample_change = true;
   return job;
+}
+
+TEST(StateDb, RemembersTheOrderOfTheQueue) {
+  const test::TemporaryFolder folder;
+  {
+    auto db = StateDb::open(folder.path());
+    ASSERT_TRUE(db.has_value()) << db.error().text();
+    for (const std::uint64_t id : {1, 2, 3}) ASSERT_TRUE(db->save_job(some_job(id)).has_value());
+    ASSERT_TRUE(db->save_order({3, 1, 2}).has_value());
+    // What is saved later keeps its place, and what is new goes to the end.
+    ASSERT_TRUE(db->save_job(some_job(3)).has_value());
+    ASSERT_TRUE(db->save_job(some_job(4)).has_value());
+  }
+  auto db = StateDb::open(folder.path());
+  ASSERT_TRUE(db.has_value()) << db.error().text();
+  std::vector<std::uint64_t> order;
+  for (const JobEntry& job : db->jobs().value()) order.push_back(job.id);
+  EXPECT_EQ(order, (std::vector<std::uint64_t>{3, 1, 2, 4}));
 }
 
 TEST(StateDb, RemembersEverything) {
@@ -58,6 +78,8 @@ TEST(StateDb, RemembersEverything) {
   EXPECT_EQ(job.done, 12);
   EXPECT_EQ(job.abandoned, 3);
   EXPECT_EQ(job.retries, 4);
+  EXPECT_EQ(job.hold, expected.hold);
+  EXPECT_TRUE(job.needs_sample_change);
   EXPECT_EQ(job.reason, expected.reason);
   EXPECT_EQ(jobs->at(1).state, JobEntry::State::active);
   ASSERT_TRUE(db->save_stopped("").has_value());

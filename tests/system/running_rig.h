@@ -91,7 +91,9 @@ class RunningRig {
     protocol::Request request;
     request.mutable_show_job()->set_job(1);
     protocol::JobState state = ask(request).job().state();
-    const auto ended = [&state] { return state != protocol::QUEUED && state != protocol::ACTIVE; };
+    const auto ended = [&state] {
+      return state == protocol::COMPLETE || state == protocol::ABORTED || state == protocol::JOB_FAILED;
+    };
     if (ended()) return state;
     EXPECT_TRUE(await([&](const protocol::Event& event) {
       if (!event.has_job_changed()) return false;
