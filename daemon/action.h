@@ -78,6 +78,9 @@ struct RecordFailure {
 struct SaveStop {
   std::string reason;  ///< empty: cleared
 };
+struct SaveLease {
+  std::string holder;  ///< empty: control is free
+};
 struct ReleaseFrame {
   FrameSlot slot;
 };
@@ -117,7 +120,7 @@ using Action =
     std::variant<EnableAxis, HomeAxis, MoveAxis, StopAxis, PollAxis, ArmCamera, TriggerCamera, FetchFrame,
                  AbortCamera, SetLightLevel, SetShutter, PollLight, ReadLines, CreateJob, OpenJob, SaveJob,
                  StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, ReleaseFrame, SendReply,
-                 ReplyWithFrame, SubscribeClient, UnsubscribeClient, Publish, PublishPreview>;
+                 ReplyWithFrame, SubscribeClient, UnsubscribeClient, Publish, PublishPreview, SaveLease>;
 using Actions = std::vector<Action>;
 
 }  // namespace rig::daemon

@@ -23,6 +23,10 @@ struct RequestReceived {
   protocol::ClientId client;
   protocol::Role role = protocol::Role::observer;
   protocol::Request request;
+  std::string who = {};  ///< name of the client, as its key or the kernel says
+};
+struct ClientRevoked {
+  std::string who = {};
 };
 struct AxisPolled {
   std::size_t axis = 0;
@@ -75,11 +79,12 @@ struct EndRequested {};  ///< SIGTERM
 
 using What = std::variant<Tick, RequestReceived, AxisPolled, LightPolled, LinesRead, DeviceFailed,
                           FrameNotReady, FrameFetched, FrameStored, PoseCommitted, JobCreated, JobOpened,
-                          StorageFailed, EndRequested>;
+                          StorageFailed, EndRequested, ClientRevoked>;
 
 struct Event {
   Time time{};
   What what;
+  Time wall = {};  ///< when it happened by the wall's clock
 };
 
 }  // namespace rig::daemon

@@ -1,6 +1,7 @@
 #include "daemon/messages.h"
 
 #include "core/base/units.h"
+#include "daemon/lease.h"
 
 namespace rig::daemon {
 
@@ -101,6 +102,7 @@ protocol::Status make_status(const Setup& setup, const State& state) {
     axis.set_max_deg(degrees(setup.rig.axes[i].max_rad));
   }
   *status.mutable_light() = make_light_status(state.light);
+  *status.mutable_control() = make_control(setup, state);
   if (state.job) {
     for (const JobEntry& job : state.jobs) {
       if (job.id == state.job->id) *status.mutable_job() = make_job_info(state, job);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "daemon/job.h"
+#include "daemon/lease.h"
 #include "daemon/messages.h"
 #include "daemon/motion.h"
 #include "daemon/requests.h"
@@ -110,6 +111,8 @@ struct Handler {
     stop_everything(setup, state, actions, "the scan's disk: " + event.what);
   }
 
+  void operator()(const ClientRevoked& event) const { on_client_revoked(state, actions, event); }
+
   void operator()(const EndRequested& /*event*/) const {
     if (state.ending) return;
     state.ending = true;
@@ -154,8 +157,10 @@ void fetch_frame(const Setup& setup, State& state, Actions& actions) {
 Step step(const Setup& setup, State state, const Event& event) {
   Step out{std::move(state), {}};
   out.state.now = std::max(out.state.now, event.time);
+  out.state.wall = std::max(out.state.wall, event.wall);
   const auto mode = mode_of(out.state);
   std::visit(Handler{setup, out.state, out.actions}, event.what);
+  release_silent(setup, out.state, out.actions);
   advance_job(setup, out.state, out.actions);
   poll_motion(setup, out.state, out.actions);
   fetch_frame(setup, out.state, out.actions);

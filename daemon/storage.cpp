@@ -47,6 +47,7 @@ void Storage::carry_out(const Action& action) {
   if (const auto* open = std::get_if<OpenJob>(&action)) return open_job(*open);
   if (const auto* save = std::get_if<SaveJob>(&action)) return check(db_.save_job(save->entry));
   if (const auto* stop = std::get_if<SaveStop>(&action)) return check(db_.save_stopped(stop->reason));
+  if (const auto* lease = std::get_if<SaveLease>(&action)) return check(db_.save_lease_holder(lease->holder));
   if (const auto* store = std::get_if<StoreFrame>(&action)) return store_frame(*store);
   if (const auto* commit = std::get_if<CommitPose>(&action)) return commit_pose(*commit);
   if (const auto* discard = std::get_if<DiscardBracket>(&action)) {

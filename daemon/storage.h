@@ -28,8 +28,8 @@ class Storage {
   Storage(const Storage&) = delete;
   Storage& operator=(const Storage&) = delete;
 
-  /// One of CreateJob, OpenJob, SaveJob, StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, or
-  /// an answer to be passed on once all that was queued before it is on the disk.
+  /// One of CreateJob, OpenJob, SaveJob, StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop,
+  /// SaveLease, or an answer to be passed on once all that was queued before it is on the disk.
   void queue(Action action);
 
  private:

@@ -10,6 +10,7 @@
 #include "core/base/result.h"
 #include "core/geometry/camera.h"
 #include "core/geometry/sensor.h"
+#include "core/machine/access_config.h"
 #include "core/machine/pose.h"
 
 namespace rig::machine {
@@ -113,6 +114,7 @@ struct RigConfig {
   std::optional<LineRef> emergency_stop;  ///< input that says the hardware cut drive power
   Bodies bodies;
   std::vector<KeepOut> keep_out;
+  AccessConfig access;
 };
 
 /// Reads and validates a whole file; every mistake in one Error, a line each with file, line, column and key.

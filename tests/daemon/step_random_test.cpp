@@ -173,7 +173,8 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
         if (!calm) {
           if (random.below(40) == 0) model.emergency_stop = !model.emergency_stop;
           model.request(random_request(random, model.state().jobs.size()),
-                        random.below(5) == 0 ? protocol::Role::observer : protocol::Role::operator_);
+                        random.below(5) == 0 ? protocol::Role::observer : protocol::Role::operator_,
+                        random.below(8) == 0 ? "another" : "operator");
         } else if (!model.state().stopped.empty()) {
           protocol::Request clear;
           clear.mutable_clear_stop();
