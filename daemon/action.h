@@ -83,6 +83,9 @@ struct RecordFailure {
 struct SaveStop {
   std::string reason;  ///< empty: cleared
 };
+struct SaveLease {
+  std::string holder;  ///< empty: control is free
+};
 struct ReleaseFrame {
   FrameSlot slot;
 };
@@ -118,11 +121,12 @@ struct PublishPreview {  ///< the loop adds the pixels of the slot
   double saturated_share;
 };
 
-using Action = std::variant<EnableAxis, HomeAxis, MoveAxis, StopAxis, PollAxis, ArmCamera, TriggerCamera,
-                            FetchFrame, AbortCamera, SetLightLevel, SetShutter, PollLight, ReadLines,
-                            CreateJob, OpenJob, SaveJob, StoreFrame, CommitPose, DiscardBracket,
-                            RecordFailure, SaveStop, ReleaseFrame, SendReply, ReplyWithFrame, SubscribeClient,
-                            UnsubscribeClient, Publish, PublishPreview, ProbeCamera, SaveOrder, PollDisk>;
+using Action =
+    std::variant<EnableAxis, HomeAxis, MoveAxis, StopAxis, PollAxis, ArmCamera, TriggerCamera, FetchFrame,
+                 AbortCamera, SetLightLevel, SetShutter, PollLight, ReadLines, CreateJob, OpenJob, SaveJob,
+                 StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, ReleaseFrame, SendReply,
+                 ReplyWithFrame, SubscribeClient, UnsubscribeClient, Publish, PublishPreview, ProbeCamera,
+                 SaveOrder, PollDisk, SaveLease>;
 using Actions = std::vector<Action>;
 
 }  // namespace rig::daemon

@@ -23,6 +23,10 @@ struct RequestReceived {
   protocol::ClientId client;
   protocol::Role role = protocol::Role::observer;
   protocol::Request request;
+  std::string who = {};  ///< name of the client, as its key or the kernel says
+};
+struct ClientRevoked {
+  std::string who = {};
 };
 struct AxisPolled {
   std::size_t axis = 0;
@@ -84,11 +88,12 @@ struct EndRequested {};  ///< SIGTERM
 
 using What = std::variant<Tick, RequestReceived, AxisPolled, LightPolled, LinesRead, DeviceFailed,
                           FrameNotReady, FrameFetched, FrameStored, PoseCommitted, JobCreated, JobOpened,
-                          StorageFailed, EndRequested, CameraAnswered, DiskRead>;
+                          StorageFailed, EndRequested, CameraAnswered, DiskRead, ClientRevoked>;
 
 struct Event {
   Time time{};
   What what;
+  Time wall = {};  ///< when it happened by the wall's clock
 };
 
 }  // namespace rig::daemon

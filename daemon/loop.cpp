@@ -42,7 +42,7 @@ Loop::Loop(base::Clock& clock, Setup setup, State state, OpenDevices& devices, F
       mailbox_(clock) {}
 
 void Loop::post(What what) {
-  mailbox_.push({clock_.now(), std::move(what)});
+  mailbox_.push({clock_.now(), std::move(what), wall_->now()});
 }
 
 void Loop::attach(Storage& storage, protocol::Server& server) {
@@ -63,13 +63,14 @@ void Loop::run() {
     const auto wake = next_wake(state_);
     auto event = mailbox_.pop(wake ? std::optional(wake->at) : std::nullopt,
                               wake ? wake->kind : base::WaitFor::person);
-    if (!event) event = Event{clock_.now(), Tick{}};
+    if (!event) event = Event{clock_.now(), Tick{}, wall_->now()};
     Step next = step(setup_, std::move(state_), *event);
     state_ = std::move(next.state);
     // What rigd has to remember is on the disk before anybody is told.
     bool saves = false;
     for (Action& action : next.actions) {
-      saves = saves || std::holds_alternative<SaveStop>(action) || std::holds_alternative<SaveJob>(action);
+      saves = saves || std::holds_alternative<SaveStop>(action) || std::holds_alternative<SaveJob>(action) ||
+              std::holds_alternative<SaveLease>(action);
       if (saves && std::holds_alternative<SendReply>(action)) {
         storage_->queue(std::move(action));
       } else {
@@ -256,6 +257,11 @@ void Loop::carry_out(Action& action) {
           [&](const UnsubscribeClient& a) { server_->unsubscribe(a.client); },
           [&](const Publish& a) {
             if (a.event.has_stop_latched()) base::log_warning("stopped: {}", a.event.stop_latched().reason());
+            if (a.event.has_control_changed()) {
+              const auto& control = a.event.control_changed();
+              base::log_info("control: '{}', before '{}': {}", control.holder(), control.previous(),
+                             control.reason());
+            }
             if (a.event.has_alarm()) base::log_error("{}", a.event.alarm().text());
             if (a.event.has_job_suspended()) {
               const auto& suspended = a.event.job_suspended();

@@ -49,6 +49,7 @@ class Loop {
   FramePool& pool_;
   Storage* storage_ = nullptr;
   protocol::Server* server_ = nullptr;
+  const std::unique_ptr<base::Clock> wall_ = base::make_system_clock();  // for leases
   base::Mailbox<Event> mailbox_;
   std::deque<protocol::Event> recent_;  // for late joiners
 };

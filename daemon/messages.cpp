@@ -4,6 +4,7 @@
 
 #include "core/base/units.h"
 #include "daemon/conditions.h"
+#include "daemon/lease.h"
 
 namespace rig::daemon {
 
@@ -128,6 +129,7 @@ protocol::Status make_status(const Setup& setup, const State& state) {
   *status.mutable_light() = make_light_status(state.light);
   for (const auto& [device, what] : state.lost) status.add_lost_devices(what);
   if (state.free_bytes) status.set_free_bytes(static_cast<std::uint64_t>(*state.free_bytes));
+  *status.mutable_control() = make_control(setup, state);
   if (state.job) {
     for (const JobEntry& job : state.jobs) {
       if (job.id == state.job->id) *status.mutable_job() = make_job_info(state, job);

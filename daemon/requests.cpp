@@ -4,6 +4,7 @@
 
 #include "core/base/units.h"
 #include "daemon/job.h"
+#include "daemon/lease.h"
 #include "daemon/messages.h"
 #include "daemon/motion.h"
 #include "daemon/queue.h"
@@ -27,6 +28,7 @@ bool needs_operator(const Request& request) {
     case Request::kStop:
     case Request::kListJobs:
     case Request::kShowJob:
+    case Request::kGetControl:
       return false;
     default:
       return true;
@@ -188,8 +190,13 @@ void abort_job(const Work& w, std::uint64_t id) {
 void on_request(const Setup& setup, State& state, Actions& actions, const RequestReceived& received) {
   const Request& request = received.request;
   const Work w{setup, state, actions, {received.client, request.id()}};
+  hear(setup, state, actions, received);
   if (received.role == protocol::Role::observer && needs_operator(request)) {
     return w.refuse("this connection may look and stop, not command");
+  }
+  if (is_about_control(request)) return on_control_request(setup, state, actions, received);
+  if (needs_operator(request)) {
+    if (auto ok = use_control(state, actions, received); !ok) return w.refuse(ok.error().text());
   }
   switch (request.command_case()) {
     case Request::kGetStatus:
@@ -231,7 +238,7 @@ void on_request(const Setup& setup, State& state, Actions& actions, const Reques
     case Request::kReorderJob:
       return answer_with(
           w, reorder_job(state, actions, request.reorder_job().job(), request.reorder_job().before()));
-    case Request::COMMAND_NOT_SET:
+    default:
       return w.refuse("the request has no command that is known here");
   }
 }

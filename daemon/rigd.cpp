@@ -8,6 +8,7 @@
 
 #include "core/base/files.h"
 #include "core/base/log.h"
+#include "daemon/access.h"
 #include "daemon/loop.h"
 
 namespace rig::daemon {
@@ -92,9 +93,12 @@ Result<State> remembered_state(StateDb& db) {
   if (!jobs) return pass(jobs);
   auto stopped = db.stopped();
   if (!stopped) return pass(stopped);
+  auto holder = db.lease_holder();
+  if (!holder) return pass(holder);
   state.epoch = *epoch;
   state.jobs = std::move(*jobs);
   state.stopped = std::move(*stopped);
+  state.lease.holder = std::move(*holder);
   return state;
 }
 
@@ -103,6 +107,7 @@ Result<State> remembered_state(StateDb& db) {
 Result<void> check(const Options& options) {
   auto rig = machine::load_rig_config(options.config);
   if (!rig) return pass(rig);
+  if (auto ok = check_access(server_options(options, rig->access)); !ok) return ok;
   return check_modules(*rig);
 }
 
@@ -130,14 +135,15 @@ Result<void> run(const Options& options) {
   Setup setup{std::move(*rig), (*devices)->camera->capabilities(), (*devices)->light->capabilities(),
               kVersion};
   const std::string name = setup.rig.name;
+  protocol::ServerOptions listening = server_options(options, setup.rig.access);
   const machine::CameraConfig camera = setup.rig.camera;
   FramePool pool(kFrameSlots, static_cast<std::size_t>(camera.intrinsics.width) *
                                   static_cast<std::size_t>(camera.intrinsics.height));
   Loop loop(*clock, std::move(setup), std::move(*state), **devices, pool);
-  auto server =
-      protocol::Server::start({fs::absolute(options.runtime_folder)}, [&loop](protocol::Incoming in) {
-        loop.post(RequestReceived{std::move(in.client), in.role, std::move(in.request)});
-      });
+  listening.revoked = [&loop](std::string who) { loop.post(ClientRevoked{std::move(who)}); };
+  auto server = protocol::Server::start(listening, [&loop](protocol::Incoming in) {
+    loop.post(RequestReceived{std::move(in.client), in.role, std::move(in.request), std::move(in.who)});
+  });
   if (!server) return pass(server);
   {
     Storage storage(
@@ -149,6 +155,8 @@ Result<void> run(const Options& options) {
         });
     loop.attach(storage, **server);
     const SignalThread signals(loop);
+    if (!(*server)->network_endpoint().empty())
+      base::log_info("{}: listens on the network at {}", name, (*server)->network_endpoint());
     base::log_info("{}: ready at {}", name, fs::absolute(options.runtime_folder).string());
     loop.run();
     base::log_info("{}: ending; an active job goes on at the next start", name);

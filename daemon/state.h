@@ -126,8 +126,21 @@ struct Snap {
   bool full = false;
 };
 
+/// Who was heard of, in wall time.
+struct Presence {
+  protocol::Role role = protocol::Role::observer;
+  Time heard{};
+};
+
+/// Control of the rig: one client has it or nobody (lease.h).
+struct Lease {
+  std::string holder;  ///< empty: free
+  std::map<std::string, Presence> present;
+};
+
 struct State {
   Time now{};
+  Time wall{};  ///< what leases are measured in, also where `now` is a simulated clock's
   std::uint64_t epoch = 1;
   std::uint64_t last_event = 0;
   std::uint64_t last_poll = 0;      ///< number of the latest PollAxis or PollLight
@@ -152,6 +165,8 @@ struct State {
   std::map<std::string, std::string> lost;  ///< devices that do not answer for now, and what was said
   std::optional<double> free_bytes;         ///< where the active job's scan is, as last told
   Time disk_look_at{};
+
+  Lease lease;
 
   Time look_at{};  ///< next regular look at lines, light and axes
 };

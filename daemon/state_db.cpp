@@ -117,18 +117,32 @@ Result<void> StateDb::save_order(const std::vector<std::uint64_t>& jobs) {
   });
 }
 
-Result<std::string> StateDb::stopped() const {
-  auto read = database_.prepare("SELECT value FROM facts WHERE key = 'stopped'");
+Result<std::string> StateDb::fact(const char* key) const {
+  auto read = database_.prepare("SELECT value FROM facts WHERE key = ?");
   if (!read) return pass(read);
+  read->bind(1, std::string_view(key));
   auto row = read->step();
   if (!row) return pass(row);
   return *row ? read->text(0) : std::string();
 }
 
-Result<void> StateDb::save_stopped(const std::string& reason) {
-  auto write = database_.prepare("INSERT OR REPLACE INTO facts VALUES('stopped', ?)");
+Result<void> StateDb::save_fact(const char* key, const std::string& value) {
+  auto write = database_.prepare("INSERT OR REPLACE INTO facts VALUES(?, ?)");
   if (!write) return pass(write);
-  return write->bind(1, std::string_view(reason)).run();
+  return write->bind(1, std::string_view(key)).bind(2, std::string_view(value)).run();
+}
+
+Result<std::string> StateDb::stopped() const {
+  return fact("stopped");
+}
+Result<void> StateDb::save_stopped(const std::string& reason) {
+  return save_fact("stopped", reason);
+}
+Result<std::string> StateDb::lease_holder() const {
+  return fact("lease_holder");
+}
+Result<void> StateDb::save_lease_holder(const std::string& holder) {
+  return save_fact("lease_holder", holder);
 }
 
 }  // namespace rig::daemon

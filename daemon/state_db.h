@@ -1,4 +1,5 @@
-// What rigd itself remembers, /var/lib/rigd/state.sqlite: the queue, the latched stop, the epoch. Written
+// What rigd itself remembers, /var/lib/rigd/state.sqlite: the queue, the latched stop, who holds
+// control, the epoch. Written
 // before the answer.
 #pragma once
 
@@ -25,9 +26,15 @@ class StateDb {
   [[nodiscard]] base::Result<void> save_order(const std::vector<std::uint64_t>& jobs);
   [[nodiscard]] base::Result<std::string> stopped() const;
   [[nodiscard]] base::Result<void> save_stopped(const std::string& reason);
+  /// Who holds control; empty: nobody.
+  [[nodiscard]] base::Result<std::string> lease_holder() const;
+  [[nodiscard]] base::Result<void> save_lease_holder(const std::string& holder);
 
  private:
   explicit StateDb(scan::Database database) : database_(std::move(database)) {}
+  [[nodiscard]] base::Result<std::string> fact(const char* key) const;
+  [[nodiscard]] base::Result<void> save_fact(const char* key, const std::string& value);
+
   scan::Database database_;
 };
 

@@ -4,6 +4,7 @@
 
 #include "daemon/conditions.h"
 #include "daemon/job.h"
+#include "daemon/lease.h"
 #include "daemon/messages.h"
 #include "daemon/motion.h"
 #include "daemon/queue.h"
@@ -131,6 +132,7 @@ struct Handler {
 
   void operator()(const CameraAnswered& /*event*/) const { state.lost.erase("camera"); }
   void operator()(const DiskRead& event) const { state.free_bytes = event.free_bytes; }
+  void operator()(const ClientRevoked& event) const { on_client_revoked(state, actions, event); }
 
   void operator()(const EndRequested& /*event*/) const {
     if (state.ending) return;
@@ -184,10 +186,12 @@ void fetch_frame(const Setup& setup, State& state, Actions& actions) {
 Step step(const Setup& setup, State state, const Event& event) {
   Step out{std::move(state), {}};
   out.state.now = std::max(out.state.now, event.time);
+  out.state.wall = std::max(out.state.wall, event.wall);
   const auto mode = mode_of(out.state);
   std::visit(Handler{setup, out.state, out.actions}, event.what);
   watch_conditions(setup, out.state, out.actions);
   advance_parking(setup, out.state, out.actions);
+  release_silent(setup, out.state, out.actions);
   advance_job(setup, out.state, out.actions);
   poll_motion(setup, out.state, out.actions);
   fetch_frame(setup, out.state, out.actions);

@@ -49,6 +49,7 @@ void Storage::carry_out(const Action& action) {
   if (const auto* order = std::get_if<SaveOrder>(&action)) return check(db_.save_order(order->jobs));
   if (std::holds_alternative<PollDisk>(action)) return poll_disk();
   if (const auto* stop = std::get_if<SaveStop>(&action)) return check(db_.save_stopped(stop->reason));
+  if (const auto* lease = std::get_if<SaveLease>(&action)) return check(db_.save_lease_holder(lease->holder));
   if (const auto* store = std::get_if<StoreFrame>(&action)) return store_frame(*store);
   if (const auto* commit = std::get_if<CommitPose>(&action)) return commit_pose(*commit);
   if (const auto* discard = std::get_if<DiscardBracket>(&action)) {

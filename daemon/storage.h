@@ -29,7 +29,8 @@ class Storage {
   Storage& operator=(const Storage&) = delete;
 
   /// One of CreateJob, OpenJob, SaveJob, SaveOrder, PollDisk, StoreFrame, CommitPose, DiscardBracket,
-  /// RecordFailure, SaveStop, or an answer to be passed on once all that was queued before it is on the disk.
+  /// RecordFailure, SaveStop, SaveLease, or an answer to be passed on once all that was queued before it is
+  /// on the disk.
   void queue(Action action);
 
  private:

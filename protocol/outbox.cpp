@@ -44,8 +44,8 @@ Sent Outbox::keep(const ClientId& client, Item item) {
 
 Sent Outbox::drop(const ClientId& client, Box& box) {
   if (box.dropped == 0) {
-    base::log_warning("a client (socket {}) does not read: {} messages wait, more are dropped",
-                      client.socket, box.items.size());
+    base::log_warning("a client (socket {}) does not read: {} messages wait, more are dropped", client.socket,
+                      box.items.size());
   }
   ++box.dropped;
   ++dropped_;

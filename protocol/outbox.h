@@ -24,9 +24,9 @@ class Outbox {
  public:
   using Send = std::function<Sent(const ClientId&, std::string_view)>;
   struct Limits {
-    std::size_t events = 1000;                        ///< waiting for one client
-    std::size_t answers = 1000;                       ///< waiting for one client
-    std::size_t answer_bytes = std::size_t{64} << 20; ///< waiting for one client
+    std::size_t events = 1000;                         ///< waiting for one client
+    std::size_t answers = 1000;                        ///< waiting for one client
+    std::size_t answer_bytes = std::size_t{64} << 20;  ///< waiting for one client
   };
 
   Outbox(Limits limits, Send send) : limits_(limits), send_(std::move(send)) {}
@@ -36,6 +36,13 @@ class Outbox {
   Sent answer(const ClientId& client, std::string bytes);
   Sent event(const ClientId& client, const std::string& bytes);
   Sent preview(const ClientId& client, std::string_view bytes);
+
+  /// Drops what waits for a client.
+  void forget(const ClientId& client) { boxes_.erase(client); }
+  template <typename Wanted>
+  void forget_if(Wanted wanted) {
+    std::erase_if(boxes_, [&](const auto& box) { return wanted(box.first); });
+  }
 
   /// Tries again what waits. Calls `gone` for every client that was found to have none.
   void flush(const std::function<void(const ClientId&)>& gone);

@@ -1,6 +1,5 @@
 #include "protocol/server.h"
 
-#include <array>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
@@ -8,14 +7,15 @@
 #include <map>
 #include <mutex>
 #include <sys/eventfd.h>
-#include <sys/stat.h>
 #include <thread>
 #include <unistd.h>
 
+#include "core/base/log.h"
+#include "protocol/doors.h"
 #include "protocol/envelope.h"
+#include "protocol/gate.h"
+#include "protocol/local_peer.h"
 #include "protocol/outbox.h"
-#include "protocol/socket_folder.h"
-#include "protocol/sockets.h"
 
 namespace rig::protocol {
 
@@ -25,13 +25,6 @@ using base::fail;
 using base::Result;
 
 namespace {
-
-struct Endpoint {
-  const char* file;
-  Role role;
-};
-constexpr std::array<Endpoint, 2> kEndpoints{
-    {{"observe.sock", Role::observer}, {"operate.sock", Role::operator_}}};
 
 // What other threads hand to the socket thread.
 struct Outgoing {
@@ -60,13 +53,12 @@ std::string serialised(const Event& event) {
   return message.SerializeAsString();
 }
 
-// ZeroMQ keeps this many messages for a client itself; what is beyond waits in the outbox, where it is
-// bounded and counted.
-constexpr int kShortQueue = 16;
 // How soon a client that did not read is tried again.
 constexpr long kTryAgain_ms = 20;
-// At the end: how long clients have to take what waits, and ZeroMQ to hand over what was sent.
+// At the end: how long clients have to take what waits.
 constexpr int kLinger_ms = 1000;
+// How often the list of allowed keys is looked at while nothing else happens.
+constexpr long kLookAtList_ms = 500;
 
 }  // namespace
 
@@ -75,7 +67,11 @@ struct Server::State {
   Handler handler;
   SocketFolder folder;
   Context context;
-  std::vector<Socket> sockets;
+  std::vector<Door> doors;
+  std::optional<Gate> gate;   // with a network only
+  std::optional<Socket> zap;  // likewise
+  std::string network_endpoint;
+  LocalNames names;
   Outbox outbox;
   int wake_fd = -1;
   std::mutex mutex;
@@ -99,9 +95,9 @@ struct Server::State {
     if (thread.joinable()) thread.join();
     if (wake_fd >= 0) ::close(wake_fd);
     // Those that were bound here: where the start failed the others may belong to another rigd.
-    for (std::size_t i = 0; i < sockets.size(); ++i) {
+    for (const Door& door : doors) {
       std::error_code already_gone;
-      fs::remove(options.folder / kEndpoints.at(i).file, already_gone);
+      if (!door.network) fs::remove(door.file, already_gone);
     }
   }
 
@@ -120,7 +116,7 @@ struct Server::State {
   }
 
   Sent try_send(const ClientId& client, std::string_view bytes) {
-    if (send(sockets[client.socket], {client.routing, kMagic, bytes})) return Sent::yes;
+    if (send(doors[client.socket].socket, {client.routing, kMagic, bytes})) return Sent::yes;
     return errno == EHOSTUNREACH ? Sent::gone : Sent::full;
   }
 
@@ -129,7 +125,16 @@ struct Server::State {
     subscribers_now = subscribers.size();
   }
 
+  // A key may be taken off the list between a request and its answer.
+  [[nodiscard]] bool may_hear(const ClientId& client) const {
+    return !doors[client.socket].network || gate->find(client.key) != nullptr;
+  }
+
   void carry_out(const Outgoing& out) {
+    if ((out.kind == Outgoing::Kind::message || out.kind == Outgoing::Kind::subscribe) &&
+        !may_hear(out.client)) {
+      return;
+    }
     switch (out.kind) {
       case Outgoing::Kind::message:
         if (outbox.answer(out.client, out.bytes) == Sent::gone) forget(out.client);
@@ -178,31 +183,99 @@ struct Server::State {
     for (const ClientId& client : gone) forget(client);
   }
 
+  void refuse(const ClientId& client, std::uint64_t id, const std::string& reason) {
+    Reply reply;
+    reply.set_id(id);
+    reply.set_outcome(REFUSED);
+    reply.set_reason(reason);
+    if (outbox.answer(client, serialised(reply)) == Sent::gone) forget(client);
+  }
+
+  struct Sender {
+    std::string name;
+    Role role = Role::observer;
+  };
+  // Looked up anew for every message. Nothing: nobody who may send any.
+  std::optional<Sender> sender(const Door& door, const Origin& origin) {
+    if (door.network) {
+      const AllowedKey* key = gate->find(origin.user_id);
+      if (key == nullptr) return std::nullopt;
+      return Sender{key->name, key->role};
+    }
+    const auto uid = peer_uid(origin.peer_address);
+    if (!uid) return std::nullopt;
+    // Who runs rigd, and root, can do with it what they like anyway.
+    const bool master = *uid == 0 || *uid == ::geteuid();
+    return Sender{names.of(*uid), door.most == Role::operator_ && master ? Role::admin : door.most};
+  }
+
   void receive_all(std::size_t socket) {
-    while (auto frames = receive(sockets[socket])) {
+    const Door& door = doors[socket];
+    Origin origin;
+    while (auto frames = receive(door.socket, &origin)) {
       if (frames->empty()) continue;
-      const ClientId client{socket, (*frames)[0]};
+      const ClientId client{socket, (*frames)[0], origin.user_id};
       const std::vector<std::string_view> rest(frames->begin() + 1, frames->end());
       std::uint64_t id = 0;
       auto request = read_request(rest, id);
-      if (request) {
-        handler({client, kEndpoints[socket].role, std::move(*request)});
-        continue;
+      const auto from = sender(door, origin);
+      if (door.network) cut_off_namesakes(client);
+      if (!from) {
+        cut_off(client);
+        refuse(client, id, "this key is not allowed (any more)");
+      } else if (!request) {
+        refuse(client, id, request.error().text());
+      } else {
+        handler({client, from->role, std::move(*request), from->name});
       }
-      Reply reply;
-      reply.set_id(id);
-      reply.set_outcome(REFUSED);
-      reply.set_reason(request.error().text());
-      if (outbox.answer(client, serialised(reply)) == Sent::gone) forget(client);
+    }
+  }
+
+  void cut_off(const ClientId& client) {
+    forget(client);
+    outbox.forget(client);
+  }
+
+  // A client chooses its routing id: what one of that name and another key had left here is not its own.
+  void cut_off_namesakes(const ClientId& client) {
+    const auto is_namesake = [&client](const ClientId& other) {
+      return other.socket == client.socket && other.routing == client.routing && other.key != client.key;
+    };
+    std::erase_if(subscribers, [&](const auto& one) { return is_namesake(one.first); });
+    subscribers_now = subscribers.size();
+    outbox.forget_if(is_namesake);
+  }
+
+  void look_at_list() {
+    if (!gate) return;
+    for (const AllowedKey& gone : gate->refresh()) {
+      base::log_warning("'{}' is not allowed any more", gone.name);
+      if (options.revoked) options.revoked(gone.name);
+    }
+    std::vector<ClientId> cut;
+    for (const auto& [client, subscriber] : subscribers) {
+      if (!may_hear(client)) cut.push_back(client);
+    }
+    for (const ClientId& client : cut) cut_off(client);
+    outbox.forget_if([this](const ClientId& client) { return !may_hear(client); });
+  }
+
+  void answer_zap() {
+    if (!zap) return;
+    while (const auto request = receive(*zap)) {
+      const auto reply = gate->answer(*request);
+      if (!send(*zap, {reply.begin(), reply.end()}))
+        base::log_error("a handshake could not be answered: {}", zmq_strerror(zmq_errno()));
     }
   }
 
   void run() {
+    std::vector<zmq_pollitem_t> items{{nullptr, wake_fd, ZMQ_POLLIN, 0}};
+    for (const Door& door : doors) items.push_back({door.socket.get(), 0, ZMQ_POLLIN, 0});
+    if (zap) items.push_back({zap->get(), 0, ZMQ_POLLIN, 0});
     while (!ending) {
-      std::array<zmq_pollitem_t, 3> items{{{sockets[0].get(), 0, ZMQ_POLLIN, 0},
-                                           {sockets[1].get(), 0, ZMQ_POLLIN, 0},
-                                           {nullptr, wake_fd, ZMQ_POLLIN, 0}}};
-      zmq_poll(items.data(), static_cast<int>(items.size()), outbox.waiting() ? kTryAgain_ms : -1);
+      zmq_poll(items.data(), static_cast<int>(items.size()),
+               outbox.waiting() ? kTryAgain_ms : (gate ? kLookAtList_ms : -1));
       std::uint64_t count = 0;
       (void)!::read(wake_fd, &count, sizeof count);
       std::deque<Outgoing> out;
@@ -210,9 +283,11 @@ struct Server::State {
         const std::lock_guard lock(mutex);
         out.swap(queue);
       }
+      look_at_list();
+      answer_zap();
       outbox.flush([this](const ClientId& client) { forget(client); });
       for (const Outgoing& o : out) carry_out(o);
-      for (std::size_t i = 0; i < sockets.size(); ++i) receive_all(i);
+      for (std::size_t i = 0; i < doors.size(); ++i) receive_all(i);
     }
     // What was handed in before the end still goes out, to those who read it.
     const std::lock_guard lock(mutex);
@@ -233,21 +308,30 @@ Result<std::unique_ptr<Server>> Server::start(const ServerOptions& options, Hand
   if (!folder) return base::pass(folder);
   auto state = std::make_unique<State>(options, std::move(handler), std::move(*folder));
   state->wake_fd = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-  for (const Endpoint& e : kEndpoints) {
-    const auto path = state->folder.make_way(e.file);
-    if (!path) return base::pass(path);
-    Socket socket(state->context, ZMQ_ROUTER);
-    socket.set(ZMQ_ROUTER_MANDATORY, 1);
-    socket.set(ZMQ_SNDHWM, kShortQueue);
-    socket.set(ZMQ_LINGER, kLinger_ms);
-    socket.set_wide(ZMQ_MAXMSGSIZE, static_cast<long long>(options.max_message_bytes));
-    // Only the owner and the group may connect, from the first moment on.
-    const mode_t before = ::umask(0117);
-    const int bound = zmq_bind(socket.get(), ("ipc://" + path->string()).c_str());
-    ::umask(before);
-    if (bound != 0)
-      return fail(ErrorCode::io, fmt::format("cannot listen: {}", zmq_strerror(zmq_errno())), path->string());
-    state->sockets.push_back(std::move(socket));
+  const auto add = [&state](Result<Door> door) -> Result<void> {
+    if (!door) return base::pass(door);
+    state->doors.push_back(std::move(*door));
+    return {};
+  };
+  if (auto ok = add(open_local_door(state->context, state->folder, "observe.sock", Role::observer,
+                                    options.observe_group, options));
+      !ok) {
+    return base::pass(ok);
+  }
+  if (auto ok = add(open_local_door(state->context, state->folder, "operate.sock", Role::operator_,
+                                    options.operate_group, options));
+      !ok) {
+    return base::pass(ok);
+  }
+  if (options.network) {
+    auto gate = Gate::open(options.network->allow_list);
+    if (!gate) return base::pass(gate);
+    state->gate = std::move(*gate);
+    auto zap = open_zap_socket(state->context);
+    if (!zap) return base::pass(zap);
+    state->zap.emplace(std::move(*zap));
+    if (auto ok = add(open_network_door(state->context, options)); !ok) return base::pass(ok);
+    state->network_endpoint = state->doors.back().endpoint;
   }
   State* running = state.get();
   state->thread = std::thread([running] { running->run(); });
@@ -271,6 +355,9 @@ void Server::publish_preview(const Event& event) {
 }
 std::size_t Server::client_count() const {
   return state_->subscribers_now;
+}
+const std::string& Server::network_endpoint() const {
+  return state_->network_endpoint;
 }
 
 }  // namespace rig::protocol

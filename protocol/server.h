@@ -6,22 +6,23 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <tuple>
 
 #include "core/base/result.h"
 #include "protocol/rig.pb.h"
+#include "protocol/role.h"
 
 namespace rig::protocol {
-
-/// What a connection may do: `observer` may look and stop, `operator_` may command.
-enum class Role { observer, operator_ };
 
 /// One client's connection, as long as it lasts.
 struct ClientId {
   std::uint64_t socket = 0;  ///< which of the server's sockets
-  std::string routing;       ///< ZeroMQ's routing id there
+  std::string routing;       ///< ZeroMQ's routing id there; chosen by the client, so it proves nothing
+  std::string key = {};      ///< public key of its handshake; empty on local sockets
   bool operator<(const ClientId& other) const {
-    return socket != other.socket ? socket < other.socket : routing < other.routing;
+    return std::tie(socket, routing, key) < std::tie(other.socket, other.routing, other.key);
   }
   bool operator==(const ClientId&) const = default;
 };
@@ -30,13 +31,27 @@ struct Incoming {
   ClientId client;
   Role role = Role::observer;
   Request request;
+  /// Whose request it is, as the handshake or the kernel says: the name of a key, or "local/USER".
+  std::string who = {};
+};
+
+/// The way in from other machines: CURVE, and only for keys that are on the list.
+struct NetworkDoor {
+  std::string endpoint;              ///< "tcp://ADDRESS:PORT"; port * takes a free one
+  std::filesystem::path key_file;    ///< rigd's own keys
+  std::filesystem::path allow_list;  ///< read again when it changes
 };
 
 struct ServerOptions {
   std::filesystem::path folder;  ///< sockets observe.sock and operate.sock are made here, mode 0660
   std::size_t max_message_bytes = std::size_t{4} << 20;  ///< larger requests end the connection
   std::size_t queue_per_client =
-      1000;  ///< messages; events beyond it are dropped for that client, and counted
+      1000;                   ///< messages; events beyond it are dropped for that client, and counted
+  std::string observe_group;  ///< that may connect to observe.sock; empty: the group of this process
+  std::string operate_group;  ///< that may connect to operate.sock; likewise
+  std::optional<NetworkDoor> network;  ///< nothing: local sockets only
+  /// Called on the server's thread with the name of a client whose key was taken off the list.
+  std::function<void(std::string)> revoked = nullptr;
 };
 
 class Server {
@@ -61,6 +76,8 @@ class Server {
   void publish_preview(const Event& event);
 
   [[nodiscard]] std::size_t client_count() const;
+  /// Where it listens on the network, with the port it got; empty: nowhere.
+  [[nodiscard]] const std::string& network_endpoint() const;
 
  private:
   struct State;

@@ -7,7 +7,8 @@
 
 namespace rig::protocol {
 
-/// The right to listen in a folder. It goes with the process, so that a socket file without it is a left-over.
+/// The right to listen in a folder. It goes with the process, so that a socket file without it is a
+/// left-over.
 class SocketFolder {
  public:
   /// Makes the folder if needed. Busy where another server has it.

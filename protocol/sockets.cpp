@@ -2,7 +2,16 @@
 
 namespace rig::protocol {
 
-std::optional<std::vector<std::string>> receive(const Socket& socket) {
+namespace {
+
+std::string property(zmq_msg_t& part, const char* name) {
+  const char* value = zmq_msg_gets(&part, name);
+  return value != nullptr ? value : "";
+}
+
+}  // namespace
+
+std::optional<std::vector<std::string>> receive(const Socket& socket, Origin* origin) {
   std::vector<std::string> frames;
   int more = 1;
   while (more != 0) {
@@ -14,6 +23,7 @@ std::optional<std::vector<std::string>> receive(const Socket& socket) {
     }
     frames.emplace_back(static_cast<const char*>(zmq_msg_data(&part)), zmq_msg_size(&part));
     more = zmq_msg_more(&part);
+    if (origin != nullptr && more == 0) *origin = {property(part, "User-Id"), property(part, "Peer-Address")};
     zmq_msg_close(&part);
   }
   return frames;

@@ -34,13 +34,26 @@ class Socket {
 
   void set(int option, int value) const { zmq_setsockopt(handle_, option, &value, sizeof value); }
   void set_wide(int option, long long value) const { zmq_setsockopt(handle_, option, &value, sizeof value); }
+  /// For options that must not fail quietly: false where ZeroMQ does not take it.
+  [[nodiscard]] bool require(int option, int value) const {
+    return zmq_setsockopt(handle_, option, &value, sizeof value) == 0;
+  }
+  [[nodiscard]] bool require(int option, std::string_view value) const {
+    return zmq_setsockopt(handle_, option, value.data(), value.size()) == 0;
+  }
 
  private:
   void* handle_;
 };
 
+/// What ZeroMQ knows of a message's sender by itself, apart from what the message says. Empty: nothing.
+struct Origin {
+  std::string user_id;       ///< as the ZAP handler named the one whose handshake it let in
+  std::string peer_address;  ///< of a TCP peer; of a local one with the kernel's word on who it is
+};
+
 /// A message's frames, copied out; nothing where none is waiting. Never blocks.
-[[nodiscard]] std::optional<std::vector<std::string>> receive(const Socket& socket);
+[[nodiscard]] std::optional<std::vector<std::string>> receive(const Socket& socket, Origin* origin = nullptr);
 
 /// Sends the frames as one message without blocking; false (with errno) where that cannot be done now or at
 /// all.

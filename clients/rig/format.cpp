@@ -80,6 +80,18 @@ std::string describe_light(const protocol::LightStatus& light) {
   return out;
 }
 
+std::string describe_control(const protocol::Control& control) {
+  std::string out = control.holder().empty() ? "control is free"
+                                             : fmt::format("control: {}, heard of {:.0f} s ago",
+                                                           control.holder(), control.heard_s_ago());
+  out += fmt::format(" (free after {:.0f} s of silence)\n", control.release_after_s());
+  for (const auto& client : control.clients()) {
+    out += fmt::format("  {:20} {:8} {:.0f} s ago{}\n", client.name(), client.role(), client.heard_s_ago(),
+                       client.name() == control.you() ? ", you" : "");
+  }
+  return out;
+}
+
 std::string describe_status(const protocol::Status& status) {
   std::string out =
       fmt::format("{} (rigd {}): {}\n", status.rig_name(), status.rigd_version(), describe_mode(status));
@@ -89,6 +101,7 @@ std::string describe_status(const protocol::Status& status) {
                        axis.moving() ? ", moving" : "", axis.fault().empty() ? "" : ", " + axis.fault());
   }
   out += "  " + describe_light(status.light()) + "\n";
+  if (!status.control().holder().empty()) out += "  controlled by " + status.control().holder() + "\n";
   if (status.has_job()) out += "  " + describe_job(status.job()) + "\n";
   return out;
 }

@@ -16,4 +16,7 @@ namespace rig::client {
 /// Several lines, each with its end.
 [[nodiscard]] std::string describe_status(const protocol::Status& status);
 
+/// Who holds control of the rig, and the other clients, one a line.
+[[nodiscard]] std::string describe_control(const protocol::Control& control);
+
 }  // namespace rig::client

@@ -3,6 +3,7 @@
 #include <functional>
 #include <unistd.h>
 
+#include "clients/rig/access_options.h"
 #include "clients/rig/commands.h"
 #include "clients/rig/dispatch.h"
 #include "clients/rig/watch.h"
@@ -136,6 +137,9 @@ int main(int argc, char** argv) {
   auto* verify = scans->add_subcommand("verify", "is a scan complete and undamaged?");
   verify->add_option("scan", scan, "its folder")->required();
   verify->callback([&] { chosen = [&] { return scan_verify(scan); }; });
+
+  offer_control(app, command, to, chosen);
+  offer_keys(app, chosen);
 
   std::string further = "Further programs, run as `rig NAME`:";
   for (const std::string& name : programs()) further += " " + name;

@@ -282,6 +282,7 @@ base::Result<RigConfig> read_rig(const ConfigTable& root) {
   rig.bodies = {mm(bodies, "light_radius_mm", 0, 10000), mm(bodies, "camera_radius_mm", 0, 10000),
                 mm(bodies, "carrier_radius_mm", 0, 10000)};
   rig.keep_out = read_keep_out(root);
+  rig.access = read_access(root);
   check_carrier_radius(rig.carrier, bodies, rig.bodies.carrier_radius_m);
   check_devices_differ(root, rig);
   rig.unattended = read_unattended(root);

@@ -10,6 +10,7 @@
 #include "core/base/result.h"
 #include "core/geometry/camera.h"
 #include "core/geometry/sensor.h"
+#include "core/machine/access_config.h"
 #include "core/machine/pose.h"
 #include "core/machine/unattended_config.h"
 
@@ -115,6 +116,7 @@ struct RigConfig {
   Bodies bodies;
   std::vector<KeepOut> keep_out;
   UnattendedConfig unattended;
+  AccessConfig access;
 };
 
 /// Reads and validates a whole file; every mistake in one Error, a line each with file, line, column and key.

@@ -53,10 +53,10 @@ void RigModel::expect(bool holds, const std::string& what) {
   if (!holds) broken_.push_back("step " + std::to_string(steps_) + ": " + what);
 }
 
-void RigModel::request(protocol::Request request, protocol::Role role) {
+void RigModel::request(protocol::Request request, protocol::Role role, std::string who) {
   request.set_version(1);
   request.set_id(next_request_++);
-  mailbox_.push_back(RequestReceived{{1, "c"}, role, std::move(request)});
+  mailbox_.push_back(RequestReceived{{1, "c"}, role, std::move(request), std::move(who)});
 }
 
 void RigModel::advance(base::Time until) {
@@ -91,7 +91,7 @@ void RigModel::feed(What what) {
     if (exposed_row_ == committed->row) exposed_row_ = -1;
   }
   const State before = state_;
-  Step next = step(setup_, std::move(state_), Event{now_, what});
+  Step next = step(setup_, std::move(state_), Event{now_, what, now_});
   state_ = std::move(next.state);
   check(before, what, next.actions);
   for (const Action& action : next.actions) {

@@ -42,7 +42,8 @@ class RigModel {
   /// Whatever comes next happens: a device acts, a tick, or the request that a client wants to send by then.
   /// One call of step() at most.
   void advance(base::Time until);
-  void request(protocol::Request request, protocol::Role role = protocol::Role::operator_);
+  void request(protocol::Request request, protocol::Role role = protocol::Role::operator_,
+               std::string who = "operator");
   void post(What what) { mailbox_.push_back(std::move(what)); }
 
   void lose_reference(std::size_t axis) { drives_[axis].homed = false; }

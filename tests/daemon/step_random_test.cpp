@@ -200,7 +200,8 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
           if (random.below(20) == 0) model.free_bytes = random.below(2) == 0 ? 1e6 : 1e12;
           if (random.below(20) == 0) lamp = random.below(2) == 0 ? 1 : random.uniform(0, 1.2);
           model.request(random_request(random, model.state().jobs.size()),
-                        random.below(5) == 0 ? protocol::Role::observer : protocol::Role::operator_);
+                        random.below(5) == 0 ? protocol::Role::observer : protocol::Role::operator_,
+                        random.below(8) == 0 ? "another" : "operator");
         } else if (!model.state().stopped.empty()) {
           protocol::Request clear;
           clear.mutable_clear_stop();

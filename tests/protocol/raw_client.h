@@ -22,9 +22,13 @@ inline constexpr std::chrono::seconds kPatience{20};
 
 class RawClient {
  public:
-  /// `queue`: how many messages ZeroMQ takes in for it ahead of its reading.
-  explicit RawClient(const std::string& endpoint, int queue = 1000) : socket_(context_, ZMQ_DEALER) {
+  /// `queue`: how many messages ZeroMQ takes in for it ahead of its reading. `prepare` sets what must be set
+  /// before it connects.
+  explicit RawClient(const std::string& endpoint, int queue = 1000,
+                     const std::function<void(const Context&, const Socket&)>& prepare = {})
+      : socket_(context_, ZMQ_DEALER) {
     socket_.set(ZMQ_RCVHWM, queue);
+    if (prepare) prepare(context_, socket_);
     EXPECT_EQ(zmq_connect(socket_.get(), endpoint.c_str()), 0) << zmq_strerror(zmq_errno());
   }
 

@@ -1,0 +1,14 @@
+// Whatever the list of allowed keys holds: it is read, or every mistake in it is told in words.
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string_view>
+
+#include "protocol/allow_list.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  const auto read = rig::protocol::parse_allow_list(text, "allowed-keys.toml");
+  if (!read && read.error().what.empty()) std::abort();
+  return 0;
+}
