@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <numeric>
+#include <utility>
 
 #include "core/base/files.h"
 #include "core/base/progress.h"
@@ -63,7 +65,12 @@ base::Result<Plan> make_plan(const machine::RigConfig& rig, const PlanRequest& r
 
   JointAngles home{};
   for (std::size_t i = 0; i < machine::kAxisCount; ++i) home[i] = rig.axes[i].home_rad;
-  const auto tour = machine::order_poses(rig, home, choice->poses);
+  std::unique_ptr<base::Progress> progress;
+  std::size_t told = 0;
+  const auto tour = machine::order_poses(rig, home, choice->poses, [&](std::size_t done, std::size_t total) {
+    if (!progress) progress = std::make_unique<base::Progress>("order", total, "exchanges");
+    progress->add(done - std::exchange(told, done));
+  });
 
   Plan plan;
   plan.walked = choice->walked;

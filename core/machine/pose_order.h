@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "core/machine/pose.h"
@@ -16,10 +17,12 @@ struct PoseTour {
   double travel_s = 0;                   ///< from the start through all of `order`, with settling
 };
 
-/// A short tour from `start` through all poses: to the nearest by pose_change_time_s each time (the lower
-/// index where two are equally near), over moves that check_move allows, then bettered by putting runs of up
-/// to three poses elsewhere while that saves time (Or 1976). The same input gives the same tour.
+/// A short tour from `start` through all poses, in pose_change_time_s, over moves that check_move allows:
+/// always to a pose nearby that is left, then bettered by a local search (tour_search.h) of bounded length.
+/// The same input gives the same tour. `on_progress` may be empty; it is called with how much of how much is
+/// done.
 [[nodiscard]] PoseTour order_poses(const RigConfig& rig, const JointAngles& start,
-                                   const std::vector<JointAngles>& poses);
+                                   const std::vector<JointAngles>& poses,
+                                   const std::function<void(std::size_t, std::size_t)>& on_progress = {});
 
 }  // namespace rig::machine

@@ -75,6 +75,61 @@ TEST(PoseOrder, FindsTheBestOfFew) {
   EXPECT_THAT(order_poses(rig, kHome, poses).order, testing::ElementsAre(4, 1, 3, 0, 2, 5));
 }
 
+TEST(PoseOrder, IsTheBestOfAllOrdersOfAFew) {
+  const RigConfig rig = rig_with({});
+  base::Random random(test::seed(84));
+  for (int round = 0; round < 20; ++round) {
+    const auto poses = random_poses(rig, 6, random);
+    std::vector<std::size_t> order(poses.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    double best_s = duration(rig, kHome, poses, order);
+    while (std::next_permutation(order.begin(), order.end())) {
+      best_s = std::min(best_s, duration(rig, kHome, poses, order));
+    }
+    EXPECT_NEAR(order_poses(rig, kHome, poses).travel_s, best_s, 1e-3) << "round " << round;
+  }
+}
+
+TEST(PoseOrder, TellsHowFarItIs) {
+  const RigConfig rig = rig_with({});
+  base::Random random(test::seed(85));
+  const auto poses = random_poses(rig, 50, random);
+  std::vector<std::size_t> told;
+  std::size_t total = 0;
+  const auto tour = order_poses(rig, kHome, poses, [&](std::size_t done, std::size_t all) {
+    told.push_back(done);
+    total = all;
+  });
+  ASSERT_GT(told.size(), 1U);
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_EQ(told.back(), total);
+  EXPECT_EQ(tour.order, order_poses(rig, kHome, poses).order) << "whether somebody listens changes nothing";
+}
+
+// What the two hundred poses of a night cost by a greedy tour, the best that needs no search.
+TEST(PoseOrder, IsClearlyShorterThanAGreedyOne) {
+  const RigConfig rig = rig_with({});
+  base::Random random(test::seed(86));
+  const auto poses = random_poses(rig, 200, random);
+  std::vector<std::size_t> greedy;
+  std::vector<bool> taken(poses.size(), false);
+  const JointAngles* here = &kHome;
+  while (greedy.size() < poses.size()) {
+    std::size_t nearest = poses.size();
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      if (taken[i]) continue;
+      if (nearest == poses.size() ||
+          pose_change_time_s(rig, *here, poses[i]) < pose_change_time_s(rig, *here, poses[nearest])) {
+        nearest = i;
+      }
+    }
+    taken[nearest] = true;
+    greedy.push_back(nearest);
+    here = &poses[nearest];
+  }
+  EXPECT_LT(order_poses(rig, kHome, poses).travel_s, 0.96 * duration(rig, kHome, poses, greedy));
+}
+
 TEST(PoseOrder, IsTheSameEveryTime) {
   const RigConfig rig = rig_with({});
   base::Random random(test::seed(82));

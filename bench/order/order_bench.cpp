@@ -1,0 +1,82 @@
+// The order of poses: its travel time beside the bound of Held and Karp, which no order can beat, for the
+// isotropic plans of 10 and 5 degrees on the virtual rig.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <fmt/format.h>
+
+#include "bench/order/held_karp.h"
+#include "clients/plan/pose_choice.h"
+#include "core/base/parallel.h"
+#include "core/base/units.h"
+#include "core/machine/motion.h"
+#include "core/machine/pose_order.h"
+
+namespace {
+
+using namespace rig;
+using base::radians;
+using Steady = std::chrono::steady_clock;
+
+constexpr int kIterations = 1500;
+
+// Between any two stations the time of the quicker direction: no tour takes less than one in these.
+bench::SymmetricTimes symmetrised(const machine::RigConfig& rig,
+                                  const std::vector<machine::JointAngles>& stations) {
+  bench::SymmetricTimes times{stations.size(), std::vector<float>(stations.size() * stations.size())};
+  base::parallel_for(times.size, 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t a = begin; a < end; ++a) {
+      for (std::size_t b = 0; b < times.size; ++b) {
+        times.seconds[a * times.size + b] =
+            static_cast<float>(std::min(machine::pose_change_time_s(rig, stations[a], stations[b]),
+                                        machine::pose_change_time_s(rig, stations[b], stations[a])));
+      }
+    }
+  });
+  return times;
+}
+
+base::Result<void> run(const machine::RigConfig& rig, double apart_deg) {
+  auto choice = plan::choose_poses(rig, {radians(apart_deg), radians(1), radians(75), radians(65)});
+  if (!choice) return base::pass(choice);
+  const auto rolls = plan::stratified_rolls(rig.axes[0], choice->poses.size(), 1);
+  for (std::size_t i = 0; i < rolls.size(); ++i) choice->poses[i][0] = rolls[i];
+  machine::JointAngles home{};
+  for (std::size_t i = 0; i < machine::kAxisCount; ++i) home[i] = rig.axes[i].home_rad;
+
+  const auto begin = Steady::now();
+  const auto tour = machine::order_poses(rig, home, choice->poses);
+  const double took_s = std::chrono::duration<double>(Steady::now() - begin).count();
+  if (!tour.unreachable.empty()) {
+    return base::fail(base::ErrorCode::refused, "no allowed move leads to some of the poses");
+  }
+  std::vector<machine::JointAngles> stations{home};
+  stations.insert(stations.end(), choice->poses.begin(), choice->poses.end());
+  const double bound_s = bench::held_karp_bound_s(symmetrised(rig, stations), tour.travel_s, kIterations);
+  double settle_s = 0;
+  for (const auto& axis : rig.axes) settle_s = std::max(settle_s, axis.settle_s);
+  settle_s *= static_cast<double>(choice->poses.size());
+  std::printf(
+      "%g deg: %zu poses, tour %.1f s, bound %.1f s, tour_over_bound %.4f (%.4f without settling), "
+      "found in %.1f s\n",
+      apart_deg, choice->poses.size(), tour.travel_s, bound_s, tour.travel_s / bound_s,
+      (tour.travel_s - settle_s) / (bound_s - settle_s), took_s);
+  return {};
+}
+
+}  // namespace
+
+int main() {
+  const auto rig = machine::load_rig_config(RIG_SOURCE_DIR "/share/virtual/rig.toml");
+  if (!rig) {
+    std::fprintf(stderr, "bench_order: %s\n", rig.error().text().c_str());
+    return 1;
+  }
+  for (const double apart_deg : {10.0, 5.0}) {
+    if (auto ok = run(*rig, apart_deg); !ok) {
+      std::fprintf(stderr, "bench_order: %s\n", ok.error().text().c_str());
+      return 1;
+    }
+  }
+  return 0;
+}
