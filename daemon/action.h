@@ -34,6 +34,7 @@ struct TriggerCamera {
 struct FetchFrame {
   JointAngles angles_rad;  ///< where the rig stood, for the sample's outline
   std::uint64_t exposure;  ///< returned with the answer
+  bool histogram = false;  ///< the strategy needs the values of the sample's pixels
 };
 struct AbortCamera {};
 struct ProbeCamera {};  ///< whether one that was lost is back

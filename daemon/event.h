@@ -56,6 +56,7 @@ struct FrameFetched {
   FrameSlot slot;
   drivers::FrameInfo info;
   double saturated_share = 0;
+  std::shared_ptr<const SampleHistogram> histogram{};  ///< where FetchFrame asked for it
 };
 struct FrameStored {
   std::int64_t row = 0;

@@ -1,11 +1,11 @@
-// Which exposure comes next: a pure function of the job and of this bracket.
+// Which exposure comes next: a pure function of the job, of the rig's geometry and sensor, and of this
+// bracket.
 #pragma once
 
 #include <optional>
-#include <vector>
 
 #include "core/machine/job_config.h"
-#include "core/scan/journal.h"
+#include "daemon/state.h"
 
 namespace rig::daemon {
 
@@ -16,10 +16,15 @@ struct NextExposure {
   bool last = false;  ///< nothing follows this one, whatever it shows
 };
 
-/// `triggered` exposures were begun, `fetched` are those whose frame is known, in order. "Halve" starts with
-/// the longest exposure and halves it while more of the sample is saturated than allowed (Mortensen and
-/// Andersen 2007, 16.3).
-[[nodiscard]] NextExposure next_exposure(const machine::ExposureConfig& config, std::size_t triggered,
-                                         const std::vector<scan::FrameRecord>& fetched);
+/// Of `take` counts what was triggered, the frames fetched and where the pose is meant to be. "Halve" starts
+/// with the longest exposure and halves it while more of the sample is saturated than allowed (Mortensen and
+/// Andersen 2007, 16.3); "predicted" is in exposure_prediction.h, "adaptive" in adaptive_exposure.h. Fixed
+/// and predicted brackets wait for no frame.
+[[nodiscard]] NextExposure next_exposure(const Setup& setup, const machine::ExposureConfig& config,
+                                         const PoseTake& take);
+
+/// Of an adaptive bracket: the share of the sample's pixels that miss the signal-to-noise ratio asked for.
+[[nodiscard]] std::optional<double> shortfall(const Setup& setup, const machine::ExposureConfig& config,
+                                              const PoseTake& take);
 
 }  // namespace rig::daemon

@@ -27,14 +27,12 @@ std::vector<double> crossings(const std::vector<geometry::Vec2>& polygon, double
   return out;
 }
 
-}  // namespace
-
-double saturated_share(const machine::CameraConfig& camera, std::span<const std::uint16_t> pixels,
-                       const std::vector<geometry::Vec2>& polygon) {
+// Calls each(x, y, index) for every pixel whose centre is inside the polygon; for all where it is empty.
+template <typename Each>
+void for_each_inside(const machine::CameraConfig& camera, const std::vector<geometry::Vec2>& polygon,
+                     Each&& each) {
   const int width = camera.intrinsics.width;
   const int height = camera.intrinsics.height;
-  std::size_t seen = 0;
-  std::size_t saturated = 0;
   for (int y = 0; y < height; ++y) {
     std::vector<double> spans{-1.0, static_cast<double>(width)};
     if (!polygon.empty()) spans = crossings(polygon, y);
@@ -42,15 +40,36 @@ double saturated_share(const machine::CameraConfig& camera, std::span<const std:
       const int from = static_cast<int>(std::ceil(std::clamp(spans[i], -1.0, static_cast<double>(width))));
       const int to = static_cast<int>(std::floor(std::clamp(spans[i + 1], -1.0, static_cast<double>(width))));
       for (int x = std::max(from, 0); x <= std::min(to, width - 1); ++x) {
-        ++seen;
-        if (pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                   static_cast<std::size_t>(x)] >= camera.sensor.saturation_dn) {
-          ++saturated;
-        }
+        each(x, y,
+             static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x));
       }
     }
   }
+}
+
+}  // namespace
+
+double saturated_share(const machine::CameraConfig& camera, std::span<const std::uint16_t> pixels,
+                       const std::vector<geometry::Vec2>& polygon) {
+  std::size_t seen = 0;
+  std::size_t saturated = 0;
+  for_each_inside(camera, polygon, [&](int /*x*/, int /*y*/, std::size_t i) {
+    ++seen;
+    if (pixels[i] >= camera.sensor.saturation_dn) ++saturated;
+  });
   return seen == 0 ? 0 : static_cast<double>(saturated) / static_cast<double>(seen);
+}
+
+SampleHistogram sample_histogram(const machine::CameraConfig& camera, std::span<const std::uint16_t> pixels,
+                                 const std::vector<geometry::Vec2>& polygon) {
+  const auto top = static_cast<std::size_t>(std::ceil(std::clamp(camera.sensor.saturation_dn, 0.0, 65535.0)));
+  SampleHistogram histogram;
+  for_each_inside(camera, polygon, [&](int x, int y, std::size_t i) {
+    auto& list = histogram.counts[static_cast<std::size_t>(geometry::colour_at(camera.bayer, x, y))];
+    if (list.empty()) list.resize(top + 1);
+    ++list[std::min<std::size_t>(pixels[i], top)];
+  });
+  return histogram;
 }
 
 Preview make_preview(const machine::CameraConfig& camera, std::span<const std::uint16_t> pixels, int widest) {

@@ -8,6 +8,7 @@
 
 #include "core/geometry/vec.h"
 #include "core/machine/rig_config.h"
+#include "daemon/sample_histogram.h"
 
 namespace rig::daemon {
 
@@ -16,6 +17,11 @@ namespace rig::daemon {
 [[nodiscard]] double saturated_share(const machine::CameraConfig& camera,
                                      std::span<const std::uint16_t> pixels,
                                      const std::vector<geometry::Vec2>& polygon);
+
+/// The raw values of the pixels inside the polygon, colour by colour; of the whole image where it is empty.
+[[nodiscard]] SampleHistogram sample_histogram(const machine::CameraConfig& camera,
+                                               std::span<const std::uint16_t> pixels,
+                                               const std::vector<geometry::Vec2>& polygon);
 
 struct Preview {
   int width = 0, height = 0;

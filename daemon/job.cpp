@@ -138,7 +138,7 @@ void advance_bracket(const Setup& setup, State& state, Actions& actions) {
     return;
   }
   if (take.triggered == 0 && job.storing) return;  // the pose before is not safe on disk yet
-  const NextExposure next = next_exposure(job.config->exposure, take.triggered, take.frames);
+  const NextExposure next = next_exposure(setup, job.config->exposure, take);
   switch (next.kind) {
     case NextExposure::Kind::expose:
       expose(setup, state, actions, next);
@@ -152,12 +152,13 @@ void advance_bracket(const Setup& setup, State& state, Actions& actions) {
   }
 }
 
-void commit_when_stored(State& state, Actions& actions) {
+void commit_when_stored(const Setup& setup, State& state, Actions& actions) {
   PoseTake& take = *state.job->storing;
   if (take.committing || !take.complete || take.frames.size() != take.triggered) return;
   const auto stored = [](const scan::FrameRecord& f) { return !f.sha256.empty(); };
   if (!std::all_of(take.frames.begin(), take.frames.end(), stored)) return;
   take.committing = true;
+  take.short_share = shortfall(setup, state.job->config->exposure, take);
   actions.push_back(CommitPose{take, {}});
 }
 
@@ -227,7 +228,7 @@ void advance_job(const Setup& setup, State& state, Actions& actions) {
       break;
   }
   if (job.current) advance_bracket(setup, state, actions);
-  if (job.storing) commit_when_stored(state, actions);
+  if (job.storing) commit_when_stored(setup, state, actions);
   if (!job.current && !job.rows.empty() && !state.motion && !state.snap && state.now >= job.not_before) {
     const bool referenced = std::all_of(state.axes.begin(), state.axes.end(),
                                         [](const AxisTrack& axis) { return axis.last.homed; });
@@ -290,6 +291,7 @@ void on_job_frame(State& state, Actions& actions, const PendingFrame& pending, c
   record.saturated_share = fetched.saturated_share;
   record.started = fetched.info.started;
   take->frames.push_back(record);
+  take->histograms.push_back(fetched.histogram);
   actions.push_back(PublishPreview{job.id, pending.row, pending.index, fetched.slot, fetched.info,
                                    fetched.saturated_share});
   actions.push_back(StoreFrame{fetched.slot, *take, record});
@@ -319,6 +321,7 @@ void on_pose_committed(const Setup& /*setup*/, State& state, Actions& actions,
   ActiveJob& job = *state.job;
   JobEntry& entry = *find_job(state, job.id);
   const auto frames = job.storing->frames.size();
+  const auto short_share = job.storing->short_share;
   job.storing.reset();
   ++entry.done;
   const double took = base::to_seconds(state.now - job.last_commit);
@@ -331,6 +334,7 @@ void on_pose_committed(const Setup& /*setup*/, State& state, Actions& actions,
   done.set_frames(static_cast<std::uint32_t>(frames));
   done.set_done(entry.done);
   done.set_poses(entry.poses);
+  if (short_share) done.set_short_share(*short_share);
   publish(state, actions, std::move(event));
 }
 

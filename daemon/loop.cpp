@@ -111,9 +111,15 @@ void Loop::fetch(const FetchFrame& action) {
       return;
     }
     const auto outline = machine::sample_outline(setup_.rig, action.angles_rad);
-    const double share = saturated_share(setup_.rig.camera, pool_.pixels(*slot),
-                                         outline.value_or(std::vector<geometry::Vec2>{}));
-    post(FrameFetched{action.exposure, *slot, **frame, share});
+    const auto polygon = outline.value_or(std::vector<geometry::Vec2>{});
+    const auto pixels = pool_.pixels(*slot);
+    FrameFetched fetched{action.exposure, *slot, **frame,
+                         saturated_share(setup_.rig.camera, pixels, polygon)};
+    if (action.histogram) {
+      fetched.histogram =
+          std::make_shared<const SampleHistogram>(sample_histogram(setup_.rig.camera, pixels, polygon));
+    }
+    post(std::move(fetched));
   });
 }
 

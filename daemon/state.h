@@ -15,6 +15,7 @@
 #include "core/machine/rig_config.h"
 #include "core/scan/journal.h"
 #include "daemon/condition_track.h"
+#include "daemon/sample_histogram.h"
 #include "drivers/api/device.h"
 #include "protocol/server.h"
 
@@ -73,6 +74,8 @@ struct PoseTake {
   JointAngles readback_rad{};
   Time arrived{};
   std::vector<scan::FrameRecord> frames;  ///< those fetched; stored where sha256 is not empty
+  std::vector<std::shared_ptr<const SampleHistogram>> histograms;  ///< of `frames`; null where not needed
+  std::optional<double> short_share;  ///< of an adaptive bracket: pixels that miss the ratio asked for
   std::size_t triggered = 0;
   bool complete = false;  ///< no further exposure follows
   bool committing = false;

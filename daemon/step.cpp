@@ -178,7 +178,9 @@ void fetch_frame(const Setup& setup, State& state, Actions& actions) {
       if (take && take->row == state.frame->row) angles = take->target_rad;
     }
   }
-  actions.push_back(FetchFrame{angles, state.frame->exposure});
+  const bool adaptive = state.frame->row >= 0 && state.job && state.job->config &&
+                        state.job->config->exposure.strategy == machine::ExposureStrategy::adaptive;
+  actions.push_back(FetchFrame{angles, state.frame->exposure, adaptive});
 }
 
 }  // namespace

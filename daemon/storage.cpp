@@ -165,6 +165,7 @@ void Storage::commit_pose(const CommitPose& action) {
     record.arrived = action.pose.arrived;
     record.committed = clock_.now();
     record.frames = action.pose.frames;
+    record.short_share = action.pose.short_share;
     for (scan::FrameRecord& frame : record.frames) {
       frame.file = std::filesystem::relative(scan::frames_folder(scan_, record.row), scan_).string() + "/" +
                    scan::frame_name(frame.index);

@@ -33,6 +33,14 @@ struct Arguments {
   double longest_us = 0;
   int most_frames = 8;
   double saturated_share = 0;
+  std::vector<double> lightest_us;
+  std::vector<double> darkest_us;
+  double lightest_deg = 0;
+  double darkest_deg = 90;
+  double snr = 0;
+  double first_us = 0;
+  double longest_adaptive_us = 0;
+  double short_share = 0.01;
 };
 
 void declare(CLI::App& app, Arguments& a) {
@@ -64,15 +72,58 @@ void declare(CLI::App& app, Arguments& a) {
   auto* halve = app.add_option("--halve-from-us", a.longest_us,
                                "Instead of a bracket: longest exposure, halved until nothing saturates")
                     ->excludes(fixed);
-  app.add_option("--most-frames", a.most_frames, "With --halve-from-us: most exposures of a pose")
+  app.add_option("--most-frames", a.most_frames,
+                 "With --halve-from-us or --adaptive: most exposures of a pose")
       ->check(CLI::Range(1, 32))
-      ->capture_default_str()
-      ->needs(halve);
+      ->capture_default_str();
   app.add_option("--saturated-share", a.saturated_share,
                  "With --halve-from-us: share of the sample's pixels that may saturate")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str()
       ->needs(halve);
+  auto* predicted =
+      app.add_option(
+             "--predicted", a.lightest_us,
+             "Instead of a bracket: that of the lightest pose, from which and --darkest-us each pose's "
+             "own is predicted")
+          ->delimiter(',')
+          ->excludes(fixed)
+          ->excludes(halve);
+  predicted->needs(app.add_option("--darkest-us", a.darkest_us,
+                                  "With --predicted: the bracket of the darkest pose, as many")
+                       ->delimiter(',')
+                       ->needs(predicted));
+  app.add_option("--lightest-deg", a.lightest_deg,
+                 "With --predicted: angle of the lightest pose to the mirror direction")
+      ->capture_default_str()
+      ->needs(predicted);
+  app.add_option("--darkest-deg", a.darkest_deg,
+                 "With --predicted: angle of the darkest pose to the mirror direction")
+      ->capture_default_str()
+      ->needs(predicted);
+  auto* adaptive = app.add_option("--adaptive", a.snr,
+                                  "Instead of a bracket: signal-to-noise ratio that the pixels are to reach")
+                       ->check(CLI::Range(1.0, 1000.0))
+                       ->excludes(fixed)
+                       ->excludes(halve)
+                       ->excludes(predicted);
+  auto* longest = app.add_option("--longest-us", a.longest_adaptive_us, "With --adaptive: longest exposure")
+                      ->needs(adaptive);
+  auto* first = app.add_option("--first-us", a.first_us, "With --adaptive: first exposure of every pose")
+                    ->needs(adaptive);
+  adaptive->needs(longest)->needs(first);
+  app.add_option("--short-share", a.short_share,
+                 "With --adaptive: share of the sample's pixels that may miss the ratio")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str()
+      ->needs(adaptive);
+}
+
+std::vector<double> bracket_of(const std::vector<double>& exposures_us) {
+  std::vector<double> bracket;
+  for (const double us : exposures_us) bracket.push_back(us * 1e-6);
+  std::sort(bracket.rbegin(), bracket.rend());
+  return bracket;
 }
 
 rig::machine::ExposureConfig exposure_of(const Arguments& a) {
@@ -84,8 +135,24 @@ rig::machine::ExposureConfig exposure_of(const Arguments& a) {
     exposure.saturated_share = a.saturated_share;
     return exposure;
   }
-  for (const double us : a.exposures_us) exposure.exposures_s.push_back(us * 1e-6);
-  std::sort(exposure.exposures_s.rbegin(), exposure.exposures_s.rend());
+  if (!a.lightest_us.empty()) {
+    exposure.strategy = rig::machine::ExposureStrategy::predicted;
+    exposure.lightest_s = bracket_of(a.lightest_us);
+    exposure.darkest_s = bracket_of(a.darkest_us);
+    exposure.lightest_rad = radians(a.lightest_deg);
+    exposure.darkest_rad = radians(a.darkest_deg);
+    return exposure;
+  }
+  if (a.snr > 0) {
+    exposure.strategy = rig::machine::ExposureStrategy::adaptive;
+    exposure.snr = a.snr;
+    exposure.first_s = a.first_us * 1e-6;
+    exposure.longest_s = a.longest_adaptive_us * 1e-6;
+    exposure.most_frames = a.most_frames;
+    exposure.short_share = a.short_share;
+    return exposure;
+  }
+  exposure.exposures_s = bracket_of(a.exposures_us);
   return exposure;
 }
 
@@ -111,8 +178,14 @@ int main(int argc, char** argv) {
     if (app.count("--angle-deg") + app.count("--sharpness") == 0) {
       throw CLI::ValidationError("--angle-deg or --sharpness", "one of them is required");
     }
-    if (app.count("--exposures-us") + app.count("--halve-from-us") == 0) {
-      throw CLI::ValidationError("--exposures-us or --halve-from-us", "one of them is required");
+    if (app.count("--exposures-us") + app.count("--halve-from-us") + app.count("--predicted") +
+            app.count("--adaptive") ==
+        0) {
+      throw CLI::ValidationError("--exposures-us, --halve-from-us, --predicted or --adaptive",
+                                 "one of them is required");
+    }
+    if (app.count("--most-frames") > 0 && app.count("--halve-from-us") + app.count("--adaptive") == 0) {
+      throw CLI::RequiresError("--most-frames", "--halve-from-us or --adaptive");
     }
   } catch (const CLI::ParseError& error) {
     return app.exit(error, std::cout, std::cerr) == 0 ? 0 : 2;

@@ -11,6 +11,7 @@
 #include "core/base/files.h"
 #include "core/base/progress.h"
 #include "core/base/units.h"
+#include "core/machine/exposure_prediction.h"
 #include "core/machine/kinematics.h"
 #include "core/machine/pose_order.h"
 
@@ -30,12 +31,23 @@ bool sees_whole_sample(const machine::RigConfig& rig, const JointAngles& angles)
   });
 }
 
-// The bracket if every exposure of it is taken.
-double bracket_s(const machine::ExposureConfig& exposure) {
-  if (exposure.strategy == machine::ExposureStrategy::fixed) {
-    return std::accumulate(exposure.exposures_s.begin(), exposure.exposures_s.end(), 0.0);
+// The bracket of a pose if every exposure of it is taken.
+double bracket_s(const machine::RigConfig& rig, const machine::ExposureConfig& exposure,
+                 const JointAngles& pose) {
+  const auto sum = [](const std::vector<double>& bracket) {
+    return std::accumulate(bracket.begin(), bracket.end(), 0.0);
+  };
+  switch (exposure.strategy) {
+    case machine::ExposureStrategy::fixed:
+      return sum(exposure.exposures_s);
+    case machine::ExposureStrategy::halve:
+      return exposure.longest_s * (2 - std::ldexp(1.0, 1 - exposure.most_frames));
+    case machine::ExposureStrategy::predicted:
+      return sum(machine::predicted_bracket_s(exposure, machine::mirror_angle_rad(rig, pose)));
+    case machine::ExposureStrategy::adaptive:
+      return exposure.first_s + exposure.longest_s * (exposure.most_frames - 1);
   }
-  return exposure.longest_s * (2 - std::ldexp(1.0, 1 - exposure.most_frames));
+  return 0;
 }
 
 // One line: how many values fall into each ten degrees.
@@ -56,6 +68,16 @@ std::string histogram(const char* title, const std::vector<IsotropicPair>& pairs
 }  // namespace
 
 base::Result<Plan> make_plan(const machine::RigConfig& rig, const PlanRequest& request) {
+  // What is written must be what rigd reads: a bad exposure is refused before the long work.
+  machine::JobConfig job;
+  job.name = request.name;
+  job.sample = request.sample;
+  job.operator_name = request.operator_name;
+  job.exposure = request.exposure;
+  job.poses.push_back({});
+  if (auto read = machine::parse_job_config(machine::format_job_config(job, ""), "the job"); !read) {
+    return base::pass(read);
+  }
   auto choice = choose_poses(rig, request.choice);
   if (!choice) return base::pass(choice);
   const std::size_t n = choice->poses.size();
@@ -77,17 +99,15 @@ base::Result<Plan> make_plan(const machine::RigConfig& rig, const PlanRequest& r
   plan.too_steep = choice->too_steep;
   plan.kept_out = choice->kept_out;
   plan.unreachable = tour.unreachable.size();
-  plan.job.name = request.name;
-  plan.job.sample = request.sample;
-  plan.job.operator_name = request.operator_name;
-  plan.job.exposure = request.exposure;
+  plan.job = std::move(job);
+  plan.job.poses.clear();
   for (const std::size_t i : tour.order) {
     plan.job.poses.push_back(choice->poses[i]);
     plan.pairs.push_back(choice->pairs[i]);
     if (!sees_whole_sample(rig, choice->poses[i])) ++plan.cut_off;
   }
   plan.motion_s = tour.travel_s;
-  plan.exposure_s = bracket_s(request.exposure) * static_cast<double>(plan.job.poses.size());
+  for (const JointAngles& pose : plan.job.poses) plan.exposure_s += bracket_s(rig, request.exposure, pose);
   plan.warm_up_s = rig.light.warm_up_s;
   if (auto ok = machine::check_job(rig, plan.job); !ok) return base::pass(ok);
   return plan;

@@ -19,29 +19,76 @@ constexpr int kJobFormat = 1;
 constexpr std::int64_t kAnyFormat = std::numeric_limits<std::int64_t>::max();
 constexpr double kShortest_us = 0.01;
 constexpr double kLongest_us = 1e10;
+constexpr double kDarkest_deg = 90;
+constexpr double kShortShare = 0.01;
+constexpr std::int64_t kMostAdaptiveFrames = 16;
 
 double seconds_from_us(double us) {
   return us * 1e-6;
 }
 
+// A list of exposures, longest first.
+std::vector<double> read_bracket(const ConfigTable& table, std::string_view key) {
+  std::vector<double> bracket;
+  for (const double us : table.numbers(key, 0, {kShortest_us, kLongest_us})) {
+    bracket.push_back(seconds_from_us(us));
+  }
+  if (table.has(key) && bracket.empty()) table.error(key, "names no exposure");
+  if (!std::is_sorted(bracket.rbegin(), bracket.rend()))
+    table.error(key, "must begin with the longest exposure");
+  return bracket;
+}
+
+void read_prediction(const ConfigTable& table, ExposureConfig& exposure) {
+  constexpr double kMostDeg = 180;
+  exposure.lightest_s = read_bracket(table, "lightest_us");
+  exposure.darkest_s = read_bracket(table, "darkest_us");
+  exposure.lightest_rad = base::radians(table.number_or("lightest_deg", 0, {0, kMostDeg}));
+  exposure.darkest_rad = base::radians(table.number_or("darkest_deg", kDarkest_deg, {0, kMostDeg}));
+  if (!(exposure.lightest_rad < exposure.darkest_rad)) {
+    table.error("darkest_deg", "must be greater than lightest_deg", "the highlight is at 0");
+  }
+  if (exposure.lightest_s.empty() || exposure.darkest_s.empty()) return;
+  if (exposure.lightest_s.size() != exposure.darkest_s.size()) {
+    table.error("darkest_us",
+                fmt::format("has {} exposures, lightest_us has {}", exposure.darkest_s.size(),
+                            exposure.lightest_s.size()),
+                "one for each, so that every pose gets as many");
+    return;
+  }
+  for (std::size_t i = 0; i < exposure.darkest_s.size(); ++i) {
+    if (exposure.darkest_s[i] >= exposure.lightest_s[i]) continue;
+    table.error("darkest_us", fmt::format("exposure {} is shorter than that of lightest_us", i + 1),
+                "the darkest pose needs the longer exposures");
+  }
+}
+
+void read_adaptation(const ConfigTable& table, ExposureConfig& exposure) {
+  exposure.longest_s = seconds_from_us(table.number("longest_us", {kShortest_us, kLongest_us}));
+  exposure.first_s = seconds_from_us(table.number("first_us", {kShortest_us, kLongest_us}));
+  exposure.most_frames = static_cast<int>(table.integer("most_frames", 1, kMostAdaptiveFrames));
+  exposure.snr = table.number("snr", {1, 1000});
+  exposure.short_share = table.number_or("short_share", kShortShare, {0, 1});
+  if (exposure.first_s > exposure.longest_s) table.error("first_us", "is longer than longest_us");
+}
+
 ExposureConfig read_exposure(const ConfigTable& table) {
   ExposureConfig exposure;
-  if (table.choice("strategy", {"fixed", "halve"}) == "fixed") {
-    exposure.strategy = ExposureStrategy::fixed;
-    for (const double us : table.numbers("exposures_us", 0, {kShortest_us, kLongest_us})) {
-      exposure.exposures_s.push_back(seconds_from_us(us));
-    }
-    if (table.has("exposures_us") && exposure.exposures_s.empty())
-      table.error("exposures_us", "names no exposure");
-    if (!std::is_sorted(exposure.exposures_s.rbegin(), exposure.exposures_s.rend())) {
-      table.error("exposures_us", "must begin with the longest exposure");
-    }
-    return exposure;
+  const std::string strategy = table.choice("strategy", {"fixed", "halve", "predicted", "adaptive"});
+  if (strategy == "halve") {
+    exposure.strategy = ExposureStrategy::halve;
+    exposure.longest_s = seconds_from_us(table.number("longest_us", {kShortest_us, kLongest_us}));
+    exposure.most_frames = static_cast<int>(table.integer("most_frames", 1, 32));
+    exposure.saturated_share = table.number_or("saturated_share", 0, {0, 1});
+  } else if (strategy == "predicted") {
+    exposure.strategy = ExposureStrategy::predicted;
+    read_prediction(table, exposure);
+  } else if (strategy == "adaptive") {
+    exposure.strategy = ExposureStrategy::adaptive;
+    read_adaptation(table, exposure);
+  } else {
+    exposure.exposures_s = read_bracket(table, "exposures_us");
   }
-  exposure.strategy = ExposureStrategy::halve;
-  exposure.longest_s = seconds_from_us(table.number("longest_us", {kShortest_us, kLongest_us}));
-  exposure.most_frames = static_cast<int>(table.integer("most_frames", 1, 32));
-  exposure.saturated_share = table.number_or("saturated_share", 0, {0, 1});
   return exposure;
 }
 
@@ -118,6 +165,36 @@ std::string number_deg(double radians) {
   return number_at_edge(radians, base::degrees(radians), &base::radians);
 }
 
+std::string bracket_us(const std::vector<double>& bracket) {
+  std::string list;
+  for (const double s : bracket) list += (list.empty() ? "" : ", ") + number_us(s);
+  return "[" + list + "]";
+}
+
+std::string format_exposure(const ExposureConfig& exposure) {
+  switch (exposure.strategy) {
+    case ExposureStrategy::fixed:
+      break;
+    case ExposureStrategy::halve:
+      return fmt::format("strategy = \"halve\"\nlongest_us = {}\nmost_frames = {}\nsaturated_share = {}\n",
+                         number_us(exposure.longest_s), exposure.most_frames,
+                         number(exposure.saturated_share));
+    case ExposureStrategy::predicted:
+      return fmt::format(
+          "strategy = \"predicted\"\nlightest_us = {}\ndarkest_us = {}\nlightest_deg = {}\ndarkest_deg = "
+          "{}\n",
+          bracket_us(exposure.lightest_s), bracket_us(exposure.darkest_s), number_deg(exposure.lightest_rad),
+          number_deg(exposure.darkest_rad));
+    case ExposureStrategy::adaptive:
+      return fmt::format(
+          "strategy = \"adaptive\"\nfirst_us = {}\nlongest_us = {}\nmost_frames = {}\nsnr = {}\nshort_share "
+          "= {}\n",
+          number_us(exposure.first_s), number_us(exposure.longest_s), exposure.most_frames,
+          number(exposure.snr), number(exposure.short_share));
+  }
+  return fmt::format("strategy = \"fixed\"\nexposures_us = {}\n", bracket_us(exposure.exposures_s));
+}
+
 }  // namespace
 
 base::Result<JobConfig> parse_job_config(std::string_view text, const std::string& name) {
@@ -144,15 +221,7 @@ std::string format_job_config(const JobConfig& job, std::string_view comment) {
   if (!job.operator_name.empty()) out += fmt::format("operator = {}\n", quoted(job.operator_name));
   if (job.needs_sample_change) out += "needs_sample_change = true\n";
   out += "\n[exposure]\n";
-  if (job.exposure.strategy == ExposureStrategy::fixed) {
-    std::string list;
-    for (const double s : job.exposure.exposures_s) list += (list.empty() ? "" : ", ") + number_us(s);
-    out += fmt::format("strategy = \"fixed\"\nexposures_us = [{}]\n", list);
-  } else {
-    out += fmt::format("strategy = \"halve\"\nlongest_us = {}\nmost_frames = {}\nsaturated_share = {}\n",
-                       number_us(job.exposure.longest_s), job.exposure.most_frames,
-                       number(job.exposure.saturated_share));
-  }
+  out += format_exposure(job.exposure);
   out +=
       fmt::format("\n[retry]\nattempts = {}\ndelay_s = {}\n", job.retry.attempts, number(job.retry.delay_s));
   out += "\n[poses]\n# roll, tilt, pan, arm\nangles_deg = [\n";
@@ -170,7 +239,13 @@ base::Result<void> check_job(const RigConfig& rig, const JobConfig& job) {
     errors.push_back(fmt::format("exposure of {:.3f} us: the camera takes {:.3f} to {:.3f} us", seconds * 1e6,
                                  rig.camera.min_exposure_s * 1e6, rig.camera.max_exposure_s * 1e6));
   };
-  for (const double s : job.exposure.exposures_s) check_exposure(s);
+  for (const auto* bracket : {&job.exposure.exposures_s, &job.exposure.lightest_s, &job.exposure.darkest_s}) {
+    for (const double s : *bracket) check_exposure(s);
+  }
+  if (job.exposure.strategy == ExposureStrategy::adaptive) {
+    check_exposure(job.exposure.first_s);
+    check_exposure(job.exposure.longest_s);
+  }
   if (job.exposure.strategy == ExposureStrategy::halve) {
     check_exposure(job.exposure.longest_s);
     check_exposure(job.exposure.longest_s / static_cast<double>(1U << (job.exposure.most_frames - 1)));

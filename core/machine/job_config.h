@@ -15,14 +15,23 @@ namespace rig::machine {
 enum class ExposureStrategy {
   fixed,  ///< every exposure of the list
   halve,  ///< from the longest, halved until the sample is not saturated (Mortensen and Andersen 2007, 16.3)
+  predicted,  ///< from brackets for the lightest and the darkest pose (McAllister 2002, 3.4.1)
+  adaptive,   ///< from the images of the bracket: what a signal-to-noise ratio asks for
 };
 
 struct ExposureConfig {
   ExposureStrategy strategy = ExposureStrategy::fixed;
   std::vector<double> exposures_s;  ///< fixed: the bracket, longest first
-  double longest_s = 0;             ///< halve: where to begin
-  int most_frames = 1;              ///< halve: bound on the bracket
+  double longest_s = 0;             ///< halve: where to begin; adaptive: bound on each exposure
+  int most_frames = 1;              ///< halve, adaptive: bound on the bracket
   double saturated_share = 0;       ///< halve: share of the sample's pixels that may be saturated
+  /// Predicted: brackets of equal length, longest first, for the lightest and the darkest pose, and the
+  /// angles between view and mirror direction (exposure_prediction.h) of those poses.
+  std::vector<double> lightest_s{}, darkest_s{};
+  double lightest_rad = 0, darkest_rad = 0;
+  double first_s = 0;      ///< adaptive: the exposure that nothing is known for yet
+  double snr = 0;          ///< adaptive: signal over noise that a pixel's merged value is to have
+  double short_share = 0;  ///< adaptive: share of the sample's pixels that may miss it
 };
 
 struct RetryConfig {

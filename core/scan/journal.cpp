@@ -31,6 +31,12 @@ CREATE TABLE events(
   PRIMARY KEY(epoch, number)) STRICT;
 )sql";
 
+// Came later: a journal without it is one of a scan without such poses.
+constexpr const char* kShortfalls =
+    "CREATE TABLE IF NOT EXISTS shortfalls(row INTEGER PRIMARY KEY REFERENCES rows(row), share REAL NOT "
+    "NULL) "
+    "STRICT;";
+
 constexpr const char* kRowColumns = "row, roll_rad, tilt_rad, pan_rad, arm_rad, state, attempts, reason";
 
 JointAngles angles_at(const Statement& s, int column) {
@@ -88,6 +94,21 @@ Result<std::vector<FrameRecord>> frames_of(const Database& database, std::int64_
   return frames;
 }
 
+// The shares that poses of an adaptive exposure have; poses are in row order.
+Result<void> add_shortfalls(const Database& database, std::vector<PoseRecord>& poses) {
+  auto table = database.prepare("SELECT 1 FROM sqlite_schema WHERE type = 'table' AND name = 'shortfalls'");
+  if (!table) return pass(table);
+  const auto exists = table->step();
+  if (!exists) return pass(exists);
+  if (!*exists) return {};
+  auto query = database.prepare("SELECT row, share FROM shortfalls ORDER BY row");
+  return for_each(query, [&poses](const Statement& s) {
+    const auto found = std::lower_bound(poses.begin(), poses.end(), s.integer(0),
+                                        [](const PoseRecord& p, std::int64_t row) { return p.row < row; });
+    if (found != poses.end() && found->row == s.integer(0)) found->short_share = s.number(1);
+  });
+}
+
 // Opens what should be a journal; where it is none or damaged, the error says how to go on.
 Result<Database> open_database(const std::filesystem::path& path, Database::Mode mode) {
   const auto lost = [&path](std::string what) {
@@ -130,6 +151,7 @@ Result<Journal> Journal::create(const std::filesystem::path& path, const std::ve
   const Database& db = state->database;
   auto done = db.transaction([&]() -> Result<void> {
     if (auto made = db.execute(kSchema); !made) return made;
+    if (auto made = db.execute(kShortfalls); !made) return made;
     auto insert =
         db.prepare("INSERT INTO rows(row, roll_rad, tilt_rad, pan_rad, arm_rad) VALUES(?, ?, ?, ?, ?)");
     if (!insert) return pass(insert);
@@ -147,6 +169,7 @@ Result<Journal> Journal::create(const std::filesystem::path& path, const std::ve
 Result<Journal> Journal::open(const std::filesystem::path& path) {
   auto database = open_database(path, Database::Mode::write);
   if (!database) return pass(database);
+  if (auto made = database->execute(kShortfalls); !made) return pass(made);
   return Journal(std::make_unique<State>(State{std::move(*database)}));
 }
 
@@ -198,7 +221,8 @@ Result<std::vector<PoseRecord>> Journal::poses() const {
                      angles_at(s, 6),
                      time_from(s.integer(10)),
                      time_from(s.integer(11)),
-                     {}});
+                     {},
+                     std::nullopt});
   });
   if (!done) return pass(done);
   for (PoseRecord& pose : poses) {
@@ -206,6 +230,7 @@ Result<std::vector<PoseRecord>> Journal::poses() const {
     if (!frames) return pass(frames);
     pose.frames = std::move(*frames);
   }
+  if (auto told = add_shortfalls(state_->database, poses); !told) return pass(told);
   return poses;
 }
 
@@ -238,6 +263,14 @@ Result<void> Journal::commit_pose(const PoseRecord& pose, const std::vector<Even
       frame->bind(4, f.exposure_s).bind(5, f.gain).bind(6, f.saturated_share).bind(7, ns_of(f.started));
       frame->bind(8, std::string_view(f.sha256));
       if (auto done = frame->run(); !done) return done;
+    }
+    auto forget_share = db.prepare("DELETE FROM shortfalls WHERE row = ?");
+    if (!forget_share) return pass(forget_share);
+    if (auto done = forget_share->bind(1, pose.row).run(); !done) return done;
+    if (pose.short_share) {
+      auto share = db.prepare("INSERT INTO shortfalls VALUES(?, ?)");
+      if (!share) return pass(share);
+      if (auto done = share->bind(1, pose.row).bind(2, *pose.short_share).run(); !done) return done;
     }
     auto mark = db.prepare("UPDATE rows SET state = 1, reason = '' WHERE row = ?");
     if (!mark) return pass(mark);

@@ -45,6 +45,8 @@ struct PoseRecord {
   base::Time arrived{};
   base::Time committed{};
   std::vector<FrameRecord> frames;
+  /// Adaptive exposure: share of the sample's pixels that miss the signal-to-noise ratio asked for.
+  std::optional<double> short_share{};
 };
 
 struct EventRecord {

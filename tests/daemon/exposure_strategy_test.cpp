@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "core/machine/exposure_prediction.h"
+#include "tests/daemon/small_setup.h"
+
 namespace rig::daemon {
 namespace {
 
@@ -11,6 +14,15 @@ scan::FrameRecord seen(double saturated_share) {
   scan::FrameRecord frame;
   frame.saturated_share = saturated_share;
   return frame;
+}
+
+NextExposure next_exposure(const machine::ExposureConfig& config, std::size_t triggered,
+                           const std::vector<scan::FrameRecord>& fetched) {
+  static const Setup setup = testing::small_setup();
+  PoseTake take;
+  take.triggered = triggered;
+  take.frames = fetched;
+  return daemon::next_exposure(setup, config, take);
 }
 
 TEST(FixedList, TakesEveryExposureInOrderAndWaitsForNone) {
@@ -23,6 +35,59 @@ TEST(FixedList, TakesEveryExposureInOrderAndWaitsForNone) {
     EXPECT_EQ(next.last, i == 2);
   }
   EXPECT_EQ(next_exposure(config, 3, {}).kind, Kind::complete);
+}
+
+TEST(Predicted, TakesTheBracketOfThePosesAngleAndWaitsForNone) {
+  const daemon::Setup setup = testing::small_setup();
+  machine::ExposureConfig config;
+  config.strategy = machine::ExposureStrategy::predicted;
+  config.lightest_s = {0.02, 0.001};
+  config.darkest_s = {0.5, 0.1};
+  config.darkest_rad = base::radians(90);
+  PoseTake take;
+  take.target_rad = testing::some_poses().front();
+  const auto bracket =
+      machine::predicted_bracket_s(config, machine::mirror_angle_rad(setup.rig, take.target_rad));
+  for (take.triggered = 0; take.triggered < 2; ++take.triggered) {
+    const auto next = daemon::next_exposure(setup, config, take);
+    EXPECT_EQ(next.kind, Kind::expose);
+    EXPECT_EQ(next.exposure_s, bracket[take.triggered]);
+    EXPECT_EQ(next.last, take.triggered == 1);
+  }
+  EXPECT_EQ(daemon::next_exposure(setup, config, take).kind, Kind::complete);
+  EXPECT_FALSE(shortfall(setup, config, take).has_value());
+}
+
+TEST(Adaptive, SeesEveryFrameBeforeTheNext) {
+  const daemon::Setup setup = testing::small_setup();
+  machine::ExposureConfig config;
+  config.strategy = machine::ExposureStrategy::adaptive;
+  config.first_s = 0.01;
+  config.longest_s = 1;
+  config.most_frames = 2;
+  config.snr = 20;
+  PoseTake take;
+  const auto first = daemon::next_exposure(setup, config, take);
+  EXPECT_EQ(first.exposure_s, 0.01);
+  EXPECT_FALSE(first.last);
+  take.triggered = 1;
+  EXPECT_EQ(daemon::next_exposure(setup, config, take).kind, Kind::wait_for_frame);
+  // Half of the pixels 100 above black, half 4: a signal-to-noise ratio of 20 needs more of these.
+  auto histogram = std::make_shared<SampleHistogram>();
+  histogram->counts[1].resize(4096);
+  histogram->counts[1][164] = 50;
+  histogram->counts[1][68] = 50;
+  take.frames.push_back(seen(0));
+  take.frames.back().exposure_s = 0.01;
+  take.histograms.emplace_back(histogram);
+  EXPECT_EQ(shortfall(setup, config, take), 0.5) << "8 electrons each are not enough";
+  const auto second = daemon::next_exposure(setup, config, take);
+  EXPECT_EQ(second.kind, Kind::expose);
+  EXPECT_TRUE(second.last);
+  EXPECT_GT(second.exposure_s, 0.1);
+  config.snr = 2;
+  EXPECT_EQ(daemon::next_exposure(setup, config, take).kind, Kind::complete);
+  EXPECT_EQ(shortfall(setup, config, take), 0.0);
 }
 
 class Halving : public ::testing::Test {

@@ -76,6 +76,30 @@ TEST(SaturatedShare, IsOfTheWholeImageWithoutAnOutlineAndNoneBesideIt) {
   EXPECT_EQ(saturated_share(camera, pixels, {{100, 0}, {110, 0}, {110, 10}, {100, 10}}), 0);
 }
 
+TEST(SampleHistogram, CountsEveryColourInsideTheOutline) {
+  const auto camera = camera_of(4, 4);
+  std::vector<std::uint16_t> pixels(16);
+  for (std::size_t i = 0; i < 16; ++i) pixels[i] = static_cast<std::uint16_t>(100 + i);
+  pixels[5] = 5000;  // blue, above saturation
+  // The outline holds the pixels of x and y from 0 to 1, one cell of the mosaic.
+  const auto cell = sample_histogram(camera, pixels, {{-0.5, -0.5}, {1.5, -0.5}, {1.5, 1.5}, {-0.5, 1.5}});
+  ASSERT_EQ(cell.counts[0].size(), 4096U);
+  EXPECT_EQ(cell.counts[0][100], 1U);
+  EXPECT_EQ(cell.counts[1][101], 1U);
+  EXPECT_EQ(cell.counts[1][104], 1U);
+  EXPECT_EQ(cell.counts[2].back(), 1U);
+  const auto total = [](const SampleHistogram& h) {
+    std::uint64_t sum = 0;
+    for (const auto& list : h.counts) {
+      for (const auto n : list) sum += n;
+    }
+    return sum;
+  };
+  EXPECT_EQ(total(cell), 4U);
+  EXPECT_EQ(total(sample_histogram(camera, pixels, {})), 16U) << "without an outline, the whole image";
+  EXPECT_EQ(total(sample_histogram(camera, pixels, {{50, 50}, {60, 50}, {60, 60}})), 0U);
+}
+
 TEST(Preview, IsSmallWhiteBalancedAndInSrgb) {
   auto camera = camera_of(1600, 1200);
   camera.white_balance = {2, 1, 4};

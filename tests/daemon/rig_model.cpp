@@ -263,7 +263,14 @@ void RigModel::fetch(std::uint64_t exposure) {
   if (!ready || slots_.size() >= kSlots || chance(faults.garbage)) return answer(FrameNotReady{exposure});
   const FrameSlot slot{next_slot_++};
   slots_.insert(slot.index);
-  answer(FrameFetched{exposure, slot, {exposing_->second, 1, exposing_->first, 0}, random_.uniform()});
+  auto histogram = std::make_shared<SampleHistogram>();
+  if (chance(0.9)) {
+    auto& green = histogram->counts[1];
+    green.resize(4096);
+    for (int i = 0; i < 100; ++i) ++green[chance(0.1) ? 4095 : random_.below(4096)];
+  }
+  answer(FrameFetched{
+      exposure, slot, {exposing_->second, 1, exposing_->first, 0}, random_.uniform(), histogram});
   exposing_.reset();
 }
 
@@ -308,6 +315,14 @@ void RigModel::check_commit(const CommitPose& commit) {
   if (config.exposure.strategy == machine::ExposureStrategy::fixed) {
     expect(pose.frames.size() == config.exposure.exposures_s.size(),
            "a pose is committed without all frames");
+  }
+  if (config.exposure.strategy == machine::ExposureStrategy::predicted) {
+    expect(pose.frames.size() == config.exposure.lightest_s.size(), "a pose is committed without all frames");
+  }
+  if (config.exposure.strategy == machine::ExposureStrategy::adaptive) {
+    expect(pose.frames.size() <= static_cast<std::size_t>(config.exposure.most_frames), "too many frames");
+    expect(pose.short_share && *pose.short_share >= 0 && *pose.short_share <= 1,
+           "an adaptive pose is committed without saying how many pixels fall short");
   }
   for (const scan::FrameRecord& frame : pose.frames) {
     const auto found = stored_.find({pose.row, frame.index});

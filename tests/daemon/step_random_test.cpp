@@ -22,7 +22,22 @@ std::uint64_t rounds() {
 
 machine::JobConfig random_job(base::Random& random) {
   machine::JobConfig job = small_job(1 + random.below(5));
-  if (random.below(2) == 0) {
+  const auto strategy = random.below(5);
+  if (strategy == 0) {
+    job.exposure = {};
+    job.exposure.strategy = machine::ExposureStrategy::predicted;
+    job.exposure.lightest_s = {0.02, 0.001};
+    job.exposure.darkest_s = {0.5, 0.02};
+    job.exposure.darkest_rad = base::radians(80);
+  } else if (strategy == 1) {
+    job.exposure = {};
+    job.exposure.strategy = machine::ExposureStrategy::adaptive;
+    job.exposure.first_s = 0.01;
+    job.exposure.longest_s = 0.5;
+    job.exposure.most_frames = static_cast<int>(1 + random.below(4));
+    job.exposure.snr = random.uniform(5, 50);
+    job.exposure.short_share = random.uniform(0, 0.2);
+  } else if (strategy < 4) {
     job.exposure = {};
     job.exposure.strategy = machine::ExposureStrategy::halve;
     job.exposure.longest_s = 0.5;

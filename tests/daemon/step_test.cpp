@@ -238,6 +238,54 @@ TEST_F(StepTest, AJobHomesWarmsUpAndTakesEveryPose) {
   EXPECT_TRUE(cold.broken().empty()) << cold.broken().front();
 }
 
+// Whether the move to the second pose began before the last frame of the first was there.
+bool left_before_the_last_frame(const machine::ExposureConfig& exposure) {
+  RigModel model(small_setup(), standing(true), 4);
+  machine::JobConfig job = small_job(2);
+  job.exposure = exposure;
+  JobEntry entry;
+  entry.id = 1;
+  model.add_job(entry, job);
+  for (int i = 0; i < 100000 && model.state().jobs[0].state != JobEntry::State::complete; ++i) {
+    model.advance(model.now() + seconds(1));
+  }
+  EXPECT_TRUE(model.broken().empty()) << model.broken().front();
+  EXPECT_EQ(model.state().jobs[0].done, 2);
+  bool left = false;
+  std::size_t first_row = 0;
+  std::size_t seen = 0;
+  for (const auto& event : model.events()) {
+    if (event.has_frame_taken() && event.frame_taken().row() == 0) ++first_row;
+  }
+  for (const auto& event : model.events()) {
+    if (event.has_pose_started() && event.pose_started().row() == 1) left = seen < first_row;
+    if (event.has_frame_taken() && event.frame_taken().row() == 0) ++seen;
+  }
+  return left;
+}
+
+TEST(Overlap, TheRigLeavesWhenItIsKnownThatNoExposureFollows) {
+  machine::ExposureConfig exposure;
+  exposure.exposures_s = {0.16, 0.02};
+  EXPECT_TRUE(left_before_the_last_frame(exposure));
+  exposure = {};
+  exposure.strategy = machine::ExposureStrategy::predicted;
+  exposure.lightest_s = {0.02, 0.001};
+  exposure.darkest_s = {0.5, 0.02};
+  exposure.darkest_rad = base::radians(80);
+  EXPECT_TRUE(left_before_the_last_frame(exposure));
+  exposure = {};
+  exposure.strategy = machine::ExposureStrategy::adaptive;
+  exposure.first_s = 0.01;
+  exposure.longest_s = 0.5;
+  exposure.most_frames = 9;
+  exposure.snr = 1;
+  exposure.short_share = 0.9;
+  EXPECT_FALSE(left_before_the_last_frame(exposure)) << "it has to see that this frame is enough";
+  exposure.most_frames = 1;
+  EXPECT_TRUE(left_before_the_last_frame(exposure)) << "whatever it shows, it is the last";
+}
+
 TEST_F(StepTest, APoseOutOfToleranceIsTriedAgainAndThenAbandoned) {
   start_job(small_job(2));
   model_.faults.off_target = 1;

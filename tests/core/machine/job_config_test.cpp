@@ -79,6 +79,52 @@ TEST(JobConfig, HalvingHasItsOwnKeys) {
       << "a key of the other strategy would be ignored in silence";
 }
 
+const std::string kFixedLines = "strategy = \"fixed\"\nexposures_us = [160000, 20000, 2500]";
+
+TEST(JobConfig, PredictionHasItsOwnKeys) {
+  const std::string text = changed(kJob, kFixedLines,
+                                   "strategy = \"predicted\"\nlightest_us = [8000, 500]\n"
+                                   "darkest_us = [500000, 8000]\nlightest_deg = 2");
+  const auto job = parse_job_config(text, "job.toml");
+  ASSERT_TRUE(job.has_value()) << job.error().text();
+  EXPECT_EQ(job->exposure.strategy, ExposureStrategy::predicted);
+  EXPECT_THAT(job->exposure.darkest_s,
+              testing::ElementsAre(testing::DoubleEq(0.5), testing::DoubleEq(0.008)));
+  EXPECT_DOUBLE_EQ(job->exposure.lightest_rad, radians(2));
+  EXPECT_DOUBLE_EQ(job->exposure.darkest_rad, radians(90));
+  EXPECT_THAT(complaints(changed(text, "[8000, 500]", "[8000]")),
+              HasSubstr("job.toml:9:14: exposure.darkest_us: has 2 exposures, lightest_us has 1"));
+  EXPECT_THAT(complaints(changed(text, "[8000, 500]", "[8000, 9000]")),
+              HasSubstr("exposure.lightest_us: must begin"));
+  EXPECT_THAT(complaints(changed(text, "[500000, 8000]", "[500000, 400]")),
+              HasSubstr("exposure.darkest_us: exposure 2 is shorter"));
+  EXPECT_THAT(complaints(changed(text, "lightest_deg = 2", "lightest_deg = 90")),
+              HasSubstr("exposure.darkest_deg: must be greater"));
+  EXPECT_THAT(complaints(changed(text, "lightest_deg = 2", "lightest_deg = 190")),
+              HasSubstr("job.toml:10:16: exposure.lightest_deg"));
+}
+
+TEST(JobConfig, AdaptationHasItsOwnKeys) {
+  const std::string text = changed(kJob, kFixedLines,
+                                   "strategy = \"adaptive\"\nfirst_us = 8000\nlongest_us = 500000\n"
+                                   "most_frames = 4\nsnr = 30\nshort_share = 0.02");
+  const auto job = parse_job_config(text, "job.toml");
+  ASSERT_TRUE(job.has_value()) << job.error().text();
+  EXPECT_EQ(job->exposure.strategy, ExposureStrategy::adaptive);
+  EXPECT_DOUBLE_EQ(job->exposure.first_s, 0.008);
+  EXPECT_DOUBLE_EQ(job->exposure.longest_s, 0.5);
+  EXPECT_EQ(job->exposure.most_frames, 4);
+  EXPECT_EQ(job->exposure.snr, 30);
+  EXPECT_EQ(job->exposure.short_share, 0.02);
+  EXPECT_THAT(complaints(changed(text, "first_us = 8000", "first_us = 600000")),
+              HasSubstr("job.toml:8:12: exposure.first_us: is longer than longest_us"));
+  EXPECT_THAT(complaints(changed(text, "snr = 30", "snr = 0")), HasSubstr("job.toml:11:7: exposure.snr"));
+  EXPECT_THAT(complaints(changed(text, "most_frames = 4", "most_frames = 17")),
+              HasSubstr("exposure.most_frames"));
+  EXPECT_THAT(complaints(changed(text, "short_share = 0.02", "short_share = 2")),
+              HasSubstr("exposure.short_share"));
+}
+
 TEST(JobConfig, MistakesNameTheirPlace) {
   EXPECT_THAT(complaints(changed(kJob, "attempts = 5", "attempts = 0")),
               HasSubstr("job.toml:11:12: retry.attempts"));
@@ -92,8 +138,8 @@ TEST(JobConfig, MistakesNameTheirPlace) {
   EXPECT_THAT(complaints(changed(kJob, "20.5, 90]", "20.5, nan]")),
               HasSubstr("row 2 (line 18) must be 4 numbers"));
   EXPECT_THAT(complaints(changed(kJob, "sample =", "sampel =")), HasSubstr("sampel: unknown key"));
-  EXPECT_THAT(complaints(changed(kJob, "\"fixed\"", "\"adaptive\"")),
-              HasSubstr("exposure.strategy: is 'adaptive'"));
+  EXPECT_THAT(complaints(changed(kJob, "\"fixed\"", "\"clever\"")),
+              HasSubstr("exposure.strategy: is 'clever'"));
   EXPECT_THAT(complaints("format = 1\nname = \"a\"\nsample = \"b\"\n[exposure]\nstrategy = \"fixed\"\n"
                          "exposures_us = [1.0]\n[poses]\nangles_deg = []\n"),
               HasSubstr("poses.angles_deg: has no pose"));
@@ -111,6 +157,13 @@ void expect_same(const JobConfig& a, const JobConfig& b) {
   EXPECT_EQ(a.exposure.longest_s, b.exposure.longest_s);
   EXPECT_EQ(a.exposure.most_frames, b.exposure.most_frames);
   EXPECT_EQ(a.exposure.saturated_share, b.exposure.saturated_share);
+  EXPECT_EQ(a.exposure.lightest_s, b.exposure.lightest_s);
+  EXPECT_EQ(a.exposure.darkest_s, b.exposure.darkest_s);
+  EXPECT_EQ(a.exposure.lightest_rad, b.exposure.lightest_rad);
+  EXPECT_EQ(a.exposure.darkest_rad, b.exposure.darkest_rad);
+  EXPECT_EQ(a.exposure.first_s, b.exposure.first_s);
+  EXPECT_EQ(a.exposure.snr, b.exposure.snr);
+  EXPECT_EQ(a.exposure.short_share, b.exposure.short_share);
   EXPECT_EQ(a.retry.attempts, b.retry.attempts);
   EXPECT_EQ(a.retry.delay_s, b.retry.delay_s);
   EXPECT_EQ(a.poses, b.poses);
@@ -123,7 +176,20 @@ TEST(JobConfig, FormattedJobsReadBackBitForBit) {
     job.name = "odd \"name\" \\ with\ttab, line\nbreak and umlaut \xc3\xa4";
     job.sample = round % 2 == 0 ? "" : "# no comment = 1";
     job.operator_name = round % 3 == 0 ? "" : "C";
-    if (round % 2 == 0) {
+    if (round % 4 == 1) {
+      job.exposure.strategy = ExposureStrategy::adaptive;
+      job.exposure.first_s = random.uniform(1, 1e4) * 1e-6;
+      job.exposure.longest_s = random.uniform(1e4, 1e7) * 1e-6;
+      job.exposure.most_frames = 7;
+      job.exposure.snr = random.uniform(1, 100);
+      job.exposure.short_share = random.uniform();
+    } else if (round % 4 == 2) {
+      job.exposure.strategy = ExposureStrategy::predicted;
+      job.exposure.lightest_s = {random.uniform(100, 1e4) * 1e-6, random.uniform(1, 100) * 1e-6};
+      job.exposure.darkest_s = {random.uniform(1e4, 1e7) * 1e-6, random.uniform(100, 1e4) * 1e-6};
+      job.exposure.lightest_rad = radians(random.uniform(0, 40));
+      job.exposure.darkest_rad = radians(random.uniform(40, 180));
+    } else if (round % 2 == 0) {
       double us = random.uniform(1e4, 1e6);
       while (us > 10) {
         job.exposure.exposures_s.push_back(us * 1e-6);

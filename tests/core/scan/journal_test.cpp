@@ -108,6 +108,40 @@ TEST_F(JournalTest, ACommittedPoseIsThereWithAllItsFrames) {
   EXPECT_FALSE(journal_->pose(77).value().has_value());
 }
 
+TEST_F(JournalTest, KeepsTheShareOfPixelsThatFellShort) {
+  PoseRecord adaptive = some_pose(1, 1);
+  adaptive.short_share = 0.25;
+  ASSERT_TRUE(journal_->commit_pose(adaptive, {}).has_value());
+  ASSERT_TRUE(journal_->commit_pose(some_pose(2, 1), {}).has_value());
+  reopen();
+  auto poses = journal_->poses().value();
+  ASSERT_EQ(poses.size(), 2U);
+  EXPECT_EQ(poses[0].short_share, 0.25);
+  EXPECT_FALSE(poses[1].short_share.has_value());
+  // Taken again without: the old share is not that of the new bracket.
+  ASSERT_TRUE(journal_->commit_pose(some_pose(1, 1), {}).has_value());
+  EXPECT_FALSE(journal_->poses().value()[0].short_share.has_value());
+}
+
+TEST_F(JournalTest, OfAnOlderRigdHasNoSuchShares) {
+  ASSERT_TRUE(journal_->commit_pose(some_pose(1, 1), {}).has_value());
+  journal_.reset();
+  sqlite3* raw = nullptr;
+  ASSERT_EQ(sqlite3_open(path().c_str(), &raw), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(raw, "DROP TABLE shortfalls", nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(raw);
+  {
+    const auto old = Journal::open_read_only(path());
+    ASSERT_TRUE(old.has_value()) << old.error().text();
+    EXPECT_EQ(old->poses().value().size(), 1U);
+  }
+  reopen();
+  PoseRecord adaptive = some_pose(3, 1);
+  adaptive.short_share = 0.5;
+  EXPECT_TRUE(journal_->commit_pose(adaptive, {}).has_value()) << "an old scan may go on";
+  EXPECT_EQ(journal_->poses().value().back().short_share, 0.5);
+}
+
 TEST_F(JournalTest, ACommitEndsTheReasonOfTheFailuresBeforeIt) {
   ASSERT_TRUE(journal_->record_failure(0, "shaken", false, {}).has_value());
   ASSERT_TRUE(journal_->record_failure(0, "shaken again", false, {}).has_value());
