@@ -48,11 +48,13 @@ struct FrameFetched {
   FrameSlot slot;
   drivers::FrameInfo info;
   double saturated_share = 0;
+  std::string damage = {};  ///< why the pixels cannot be a frame; empty: they can
 };
 struct FrameStored {
   std::int64_t row = 0;
   int index = 0;
   std::string sha256;
+  int attempt = 1;
 };
 struct PoseCommitted {
   std::int64_t row = 0;

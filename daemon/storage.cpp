@@ -120,7 +120,7 @@ void Storage::store_frame(const StoreFrame& action) {
                                       pool_.pixels(action.slot).data());
   pool_.release(action.slot);
   if (hash) {
-    report_(FrameStored{facts.row, facts.index, *hash});
+    report_(FrameStored{facts.row, facts.index, *hash, action.pose.attempt});
   } else {
     report_(StorageFailed{hash.error().text()});
   }

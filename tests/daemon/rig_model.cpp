@@ -192,6 +192,10 @@ void RigModel::answer(What what) {
 double RigModel::place(std::size_t axis) const {
   const Drive& d = drives_[axis];
   if (now_ >= d.end || d.end <= d.start) return d.to;
+  if (d.acceleration > 0) {
+    const double t = base::to_seconds(now_ - d.start);
+    return d.from + machine::travel_share(d.to - d.from, d.velocity, d.acceleration, t) * (d.to - d.from);
+  }
   const double share = base::to_seconds(now_ - d.start) / base::to_seconds(d.end - d.start);
   return d.from + share * (d.to - d.from);
 }
@@ -206,6 +210,7 @@ void RigModel::drive(std::size_t axis, double to, double duration_s) {
   d.to = to;
   d.start = now_;
   d.end = now_ + seconds(duration_s);
+  d.velocity = d.acceleration = 0;
   d.stuck = chance(faults.stuck);
 }
 
@@ -217,6 +222,7 @@ void RigModel::stop_drive(std::size_t axis) {
   d.from = d.to = place(axis);
   d.start = now_;
   d.end = now_ + seconds(0.2);  // it brakes
+  d.velocity = d.acceleration = 0;
   d.stuck = false;
 }
 
@@ -254,7 +260,11 @@ void RigModel::fetch(std::uint64_t exposure) {
   if (!ready || slots_.size() >= kSlots || chance(faults.garbage)) return answer(FrameNotReady{exposure});
   const FrameSlot slot{next_slot_++};
   slots_.insert(slot.index);
-  answer(FrameFetched{exposure, slot, {exposing_->second, 1, exposing_->first, 0}, random_.uniform()});
+  answer(FrameFetched{exposure,
+                      slot,
+                      {exposing_->second, 1, exposing_->first, ++frames_},
+                      random_.uniform(),
+                      chance(faults.damaged) ? "lines of zeros" : ""});
   exposing_.reset();
 }
 
@@ -341,7 +351,7 @@ void RigModel::to_disk(const Action& action) {
     release(store->slot);
     if (chance(faults.disk)) return answer(StorageFailed{"no space left"});
     stored_[{store->pose.row, store->frame.index}] = true;
-    return answer(FrameStored{store->pose.row, store->frame.index, "hash"});
+    return answer(FrameStored{store->pose.row, store->frame.index, "hash", store->pose.attempt});
   }
   if (const auto* commit = std::get_if<CommitPose>(&action)) {
     if (chance(faults.disk)) return answer(StorageFailed{"no space left"});
@@ -386,6 +396,8 @@ void RigModel::carry_out(const Action& action) {
           drive(
               m.axis, m.target_rad + off,
               machine::travel_time_s(m.target_rad - place(m.axis), m.velocity_rad_s, m.acceleration_rad_s2));
+          drives_[m.axis].velocity = m.velocity_rad_s;
+          drives_[m.axis].acceleration = m.acceleration_rad_s2;
         },
         static_cast<int>(move->axis));
   } else if (const auto* stop = std::get_if<StopAxis>(&action)) {
