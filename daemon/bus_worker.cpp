@@ -1,8 +1,10 @@
 #include "daemon/bus_worker.h"
 
+#include <fmt/format.h>
+
 namespace rig::daemon {
 
-BusWorker::BusWorker(base::Clock& clock) : mailbox_(clock) {
+BusWorker::BusWorker(base::Clock& clock) : clock_(clock), mailbox_(clock) {
   thread_ = std::thread([this, member = base::ClockMember(clock)] {
     while (true) {
       const auto transaction = mailbox_.pop();
@@ -23,22 +25,49 @@ std::uint64_t BusWorker::dropped_before(Group group) {
   return drops_[group];
 }
 
-void BusWorker::queue(Transaction transaction, Group group) {
-  if (group == 0) {
-    mailbox_.push(std::move(transaction));
-    return;
+void BusWorker::note_if_late() {
+  if (!in_flight_ || in_flight_->told) return;
+  const Deadline& deadline = in_flight_->deadline;
+  if (clock_.now() - in_flight_->began <= deadline.bound) return;
+  in_flight_->told = true;
+  late_.push_back(fmt::format("{} took longer than {} s", deadline.what, base::to_seconds(deadline.bound)));
+}
+
+std::optional<std::string> BusWorker::overdue() {
+  const std::lock_guard lock(mutex_);
+  note_if_late();
+  if (late_.empty()) return std::nullopt;
+  std::optional<std::string> late(std::move(late_.front()));
+  late_.pop_front();
+  return late;
+}
+
+void BusWorker::carry_out(const Transaction& transaction, const Deadline& deadline) {
+  {
+    const std::lock_guard lock(mutex_);
+    in_flight_ = InFlight{deadline, clock_.now(), false};
   }
-  mailbox_.push([this, group, drops = dropped_before(group), transaction = std::move(transaction)] {
-    if (dropped_before(group) == drops) transaction();
+  transaction();
+  const std::lock_guard lock(mutex_);
+  note_if_late();
+  in_flight_.reset();
+}
+
+void BusWorker::queue(Transaction transaction, Group group, Deadline deadline) {
+  const std::uint64_t drops = group == 0 ? 0 : dropped_before(group);
+  mailbox_.push([this, group, drops, transaction = std::move(transaction), deadline = std::move(deadline)] {
+    if (group == 0 || dropped_before(group) == drops) carry_out(transaction, deadline);
   });
 }
 
-void BusWorker::queue_first(Transaction transaction, Group group) {
+void BusWorker::queue_first(Transaction transaction, Group group, Deadline deadline) {
   if (group != 0) {
     const std::lock_guard lock(mutex_);
     ++drops_[group];
   }
-  mailbox_.push_front(std::move(transaction));
+  mailbox_.push_front([this, transaction = std::move(transaction), deadline = std::move(deadline)] {
+    carry_out(transaction, deadline);
+  });
 }
 
 }  // namespace rig::daemon

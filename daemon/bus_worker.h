@@ -3,14 +3,23 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
+#include <string>
 #include <thread>
 
 #include "core/base/clock.h"
 
 namespace rig::daemon {
+
+/// What a transaction is called, and how long its calls may take.
+struct Deadline {
+  std::string what;  ///< "axis pan: a reading"
+  base::Duration bound = base::Duration::max();
+};
 
 class BusWorker {
  public:
@@ -24,15 +33,31 @@ class BusWorker {
   BusWorker(const BusWorker&) = delete;
   BusWorker& operator=(const BusWorker&) = delete;
 
-  void queue(Transaction transaction, Group group = 0);
+  void queue(Transaction transaction, Group group = 0, Deadline deadline = {});
   /// Ahead of all that is queued: waits at most for the transaction in flight. What is queued of its group is
   /// dropped: a move that was waiting for its turn must not follow the stop.
-  void queue_first(Transaction transaction, Group group = 0);
+  void queue_first(Transaction transaction, Group group = 0, Deadline deadline = {});
+
+  /// From any thread: what took longer than it may, in words; each such transaction is told of once, while it
+  /// is still in flight or after it has returned.
+  [[nodiscard]] std::optional<std::string> overdue();
 
  private:
-  [[nodiscard]] std::uint64_t dropped_before(Group group);
+  struct InFlight {
+    Deadline deadline;
+    base::Time began{};
+    bool told = false;
+  };
 
+  [[nodiscard]] std::uint64_t dropped_before(Group group);
+  void carry_out(const Transaction& transaction, const Deadline& deadline);
+  /// With the lock held.
+  void note_if_late();
+
+  base::Clock& clock_;
   std::mutex mutex_;
+  std::optional<InFlight> in_flight_;
+  std::deque<std::string> late_;
   std::map<Group, std::uint64_t> drops_;  // how often each group was dropped
   base::Mailbox<Transaction> mailbox_;    // an empty transaction ends the thread
   std::thread thread_;

@@ -57,6 +57,7 @@ struct FrameFetched {
   drivers::FrameInfo info;
   double saturated_share = 0;
   std::shared_ptr<const SampleHistogram> histogram{};  ///< where FetchFrame asked for it
+  std::string damage = {};                             ///< why the pixels cannot be a frame; empty: they can
 };
 struct FrameStored {
   std::int64_t row = 0;

@@ -55,10 +55,8 @@ void home_what_needs_it(const Setup& setup, State& state, Actions& actions) {
   actions.push_back(PollLight{state.last_poll});
 }
 
-void fail_pose(State& state, Actions& actions, const std::string& reason) {
+void fail_take(State& state, Actions& actions, const PoseTake& take, const std::string& reason) {
   ActiveJob& job = *state.job;
-  const PoseTake take = *job.current;
-  job.current.reset();
   JobEntry& entry = *find_job(state, job.id);
   const machine::RetryConfig& retry = job.config->retry;
   const bool abandon = take.attempt >= retry.attempts;
@@ -80,6 +78,12 @@ void fail_pose(State& state, Actions& actions, const std::string& reason) {
   job.rows.push_front({take.row, take.target_rad, scan::RowState::pending, take.attempt, reason});
   job.not_before =
       state.now + seconds(retry.delay_s * static_cast<double>(1ULL << std::min(take.attempt - 1, 20)));
+}
+
+void fail_pose(State& state, Actions& actions, const std::string& reason) {
+  const PoseTake take = *state.job->current;
+  state.job->current.reset();
+  fail_take(state, actions, take, reason);
 }
 
 void start_pose(const Setup& setup, State& state, Actions& actions) {
@@ -303,6 +307,17 @@ void on_job_frame(State& state, Actions& actions, const PendingFrame& pending, c
   taken.set_exposure_us(fetched.info.exposure_s * 1e6);
   taken.set_saturated_share(fetched.saturated_share);
   publish(state, actions, std::move(event));
+}
+
+void on_job_frame_refused(State& state, Actions& actions, const PendingFrame& pending,
+                          const std::string& reason) {
+  for (auto* held : {&state.job->current, &state.job->storing}) {
+    if (!*held || (*held)->row != pending.row) continue;
+    const PoseTake take = **held;
+    held->reset();
+    fail_take(state, actions, take, reason);
+    return;
+  }
 }
 
 void on_frame_stored(State& state, const FrameStored& stored) {

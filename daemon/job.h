@@ -14,6 +14,10 @@ void on_job_opened(State& state, Actions& actions, const JobOpened& opened);
 /// The motion of a job's pose or its homing ended.
 void on_job_motion_end(const Setup& setup, State& state, Actions& actions, const MotionEnd& end);
 void on_job_frame(State& state, Actions& actions, const PendingFrame& pending, const FrameFetched& fetched);
+/// The frame is no good: its pose is taken again, or abandoned after its last attempt. The rig may have gone
+/// on to the next pose already.
+void on_job_frame_refused(State& state, Actions& actions, const PendingFrame& pending,
+                          const std::string& reason);
 void on_frame_stored(State& state, const FrameStored& stored);
 void on_pose_committed(const Setup& setup, State& state, Actions& actions, const PoseCommitted& committed);
 

@@ -2,6 +2,7 @@
 
 #include "core/base/log.h"
 #include "core/machine/kinematics.h"
+#include "daemon/frame_check.h"
 #include "daemon/frame_facts.h"
 #include "daemon/messages.h"
 #include "daemon/safety.h"
@@ -22,6 +23,10 @@ constexpr BusWorker::Group kLevel = kShutter + 1;
 
 DeviceFailed failure(const std::string& device, const base::Error& error) {
   return {device + ": " + error.text(), device, error.code == base::ErrorCode::lost};
+}
+
+Deadline deadline(std::string what, double bound_s) {
+  return {std::move(what), base::seconds(bound_s)};
 }
 
 template <typename... Ts>
@@ -64,18 +69,27 @@ void Loop::run() {
     auto event = mailbox_.pop(wake ? std::optional(wake->at) : std::nullopt,
                               wake ? wake->kind : base::WaitFor::person);
     if (!event) event = Event{clock_.now(), Tick{}, wall_->now()};
-    Step next = step(setup_, std::move(state_), *event);
-    state_ = std::move(next.state);
-    // What rigd has to remember is on the disk before anybody is told.
-    bool saves = false;
-    for (Action& action : next.actions) {
-      saves = saves || std::holds_alternative<SaveStop>(action) || std::holds_alternative<SaveJob>(action) ||
-              std::holds_alternative<SaveLease>(action);
-      if (saves && std::holds_alternative<SendReply>(action)) {
-        storage_->queue(std::move(action));
-      } else {
-        carry_out(action);
-      }
+    // A call that is overdue comes first: what else happened may come from the device that hangs.
+    for (const auto& [bus, worker] : devices_.workers) {
+      while (const auto late = worker->overdue())
+        take(Event{clock_.now(), DeviceFailed{*late}, wall_->now()});
+    }
+    take(*event);
+  }
+}
+
+void Loop::take(const Event& event) {
+  Step next = step(setup_, std::move(state_), event);
+  state_ = std::move(next.state);
+  // What rigd has to remember is on the disk before anybody is told.
+  bool saves = false;
+  for (Action& action : next.actions) {
+    saves = saves || std::holds_alternative<SaveStop>(action) || std::holds_alternative<SaveJob>(action) ||
+            std::holds_alternative<SaveLease>(action);
+    if (saves && std::holds_alternative<SendReply>(action)) {
+      storage_->queue(std::move(action));
+    } else {
+      carry_out(action);
     }
   }
 }
@@ -86,41 +100,51 @@ void Loop::to_axis(std::size_t axis, Turn turn, std::function<base::Result<void>
       post(failure(fmt::format("axis {}", machine::kAxisNames[axis]), done.error()));
     }
   };
+  BusWorker& worker = *devices_.axis_workers[axis];
+  const auto within = [&](const char* doing) {
+    return deadline(fmt::format("axis {}: {}", machine::kAxisNames[axis], doing),
+                    setup_.rig.deadlines.axis_s);
+  };
   if (turn == Turn::stop) {
-    devices_.axis_workers[axis]->queue_first(std::move(transaction), motion_of(axis));
+    worker.queue_first(std::move(transaction), motion_of(axis), within("a stop"));
+  } else if (turn == Turn::command) {
+    worker.queue(std::move(transaction), motion_of(axis), within("a command"));
   } else {
-    devices_.axis_workers[axis]->queue(std::move(transaction), turn == Turn::command ? motion_of(axis) : 0);
+    worker.queue(std::move(transaction), 0, within("a reading"));
   }
 }
 
 void Loop::fetch(const FetchFrame& action) {
-  devices_.camera_worker->queue([this, action] {
-    const auto slot = pool_.take();
-    if (!slot) {
-      post(FrameNotReady{action.exposure});  // the disk is behind: asked again shortly
-      return;
-    }
-    auto frame = devices_.camera->fetch(pool_.pixels(*slot));
-    if (!frame || !*frame) {
-      pool_.release(*slot);
-      if (frame) {
-        post(FrameNotReady{action.exposure});
-      } else {
-        post(failure("camera", frame.error()));
-      }
-      return;
-    }
-    const auto outline = machine::sample_outline(setup_.rig, action.angles_rad);
-    const auto polygon = outline.value_or(std::vector<geometry::Vec2>{});
-    const auto pixels = pool_.pixels(*slot);
-    FrameFetched fetched{action.exposure, *slot, **frame,
-                         saturated_share(setup_.rig.camera, pixels, polygon)};
-    if (action.histogram) {
-      fetched.histogram =
-          std::make_shared<const SampleHistogram>(sample_histogram(setup_.rig.camera, pixels, polygon));
-    }
-    post(std::move(fetched));
-  });
+  devices_.camera_worker->queue(
+      [this, action] {
+        const auto slot = pool_.take();
+        if (!slot) {
+          post(FrameNotReady{action.exposure});  // the disk is behind: asked again shortly
+          return;
+        }
+        auto frame = devices_.camera->fetch(pool_.pixels(*slot));
+        if (!frame || !*frame) {
+          pool_.release(*slot);
+          if (frame) {
+            post(FrameNotReady{action.exposure});
+          } else {
+            post(failure("camera", frame.error()));
+          }
+          return;
+        }
+        const auto outline = machine::sample_outline(setup_.rig, action.angles_rad);
+        const auto polygon = outline.value_or(std::vector<geometry::Vec2>{});
+        const auto pixels = pool_.pixels(*slot);
+        FrameFetched fetched{action.exposure, *slot, **frame,
+                             saturated_share(setup_.rig.camera, pixels, polygon)};
+        fetched.damage = damage_in(setup_.rig.camera, pixels);
+        if (action.histogram) {
+          fetched.histogram =
+              std::make_shared<const SampleHistogram>(sample_histogram(setup_.rig.camera, pixels, polygon));
+        }
+        post(std::move(fetched));
+      },
+      0, deadline("camera: the transfer of a frame", setup_.rig.deadlines.frame_s));
 }
 
 protocol::Frame Loop::describe(FrameSlot slot, const drivers::FrameInfo& info, double share, bool full) {
@@ -188,68 +212,87 @@ void Loop::carry_out(Action& action) {
             });
           },
           [&](const ArmCamera&) {
-            devices_.camera_worker->queue([this] {
-              if (auto ok = devices_.camera->arm(); !ok) post(failure("camera", ok.error()));
-            });
+            devices_.camera_worker->queue(
+                [this] {
+                  if (auto ok = devices_.camera->arm(); !ok) post(failure("camera", ok.error()));
+                },
+                0, deadline("camera: to get ready", setup_.rig.deadlines.camera_s));
           },
           [&](const TriggerCamera& a) {
-            devices_.camera_worker->queue([this, a] {
-              if (auto ok = devices_.camera->trigger(a.exposure_s, 1); !ok)
-                post(failure("camera", ok.error()));
-            });
+            devices_.camera_worker->queue(
+                [this, a] {
+                  if (auto ok = devices_.camera->trigger(a.exposure_s, 1); !ok)
+                    post(failure("camera", ok.error()));
+                },
+                0, deadline("camera: a trigger", setup_.rig.deadlines.camera_s));
           },
           [&](const FetchFrame& a) { fetch(a); },
           [&](const AbortCamera&) {
-            devices_.camera_worker->queue([this] {
-              if (auto ok = devices_.camera->abort(); !ok) post(failure("camera", ok.error()));
-            });
+            devices_.camera_worker->queue(
+                [this] {
+                  if (auto ok = devices_.camera->abort(); !ok) post(failure("camera", ok.error()));
+                },
+                0, deadline("camera: to end an exposure", setup_.rig.deadlines.camera_s));
           },
           [&](const ProbeCamera&) {
-            devices_.camera_worker->queue([this] {
-              if (auto ok = devices_.camera->abort(); ok) {
-                post(CameraAnswered{});
-              } else {
-                post(failure("camera", ok.error()));
-              }
-            });
+            devices_.camera_worker->queue(
+                [this] {
+                  if (auto ok = devices_.camera->abort(); ok) {
+                    post(CameraAnswered{});
+                  } else {
+                    post(failure("camera", ok.error()));
+                  }
+                },
+                0, deadline("camera: to answer", setup_.rig.deadlines.camera_s));
           },
           [&](const SetLightLevel& a) {
             auto transaction = [this, a] {
               if (auto ok = devices_.light->set_level(a.level); !ok) post(failure("light", ok.error()));
             };
+            const auto within = deadline("light: to set its level", setup_.rig.deadlines.light_s);
             if (a.level > 0) {
-              devices_.light_worker->queue(transaction, kLevel);
+              devices_.light_worker->queue(transaction, kLevel, within);
             } else {
-              devices_.light_worker->queue_first(transaction, kLevel);
+              devices_.light_worker->queue_first(transaction, kLevel, within);
             }
           },
           [&](const SetShutter& a) {
             auto transaction = [this, a] {
               if (auto ok = devices_.light->set_shutter(a.open); !ok) post(failure("light", ok.error()));
             };
+            const auto within = deadline("light: its shutter", setup_.rig.deadlines.light_s);
             if (a.open) {
-              devices_.light_worker->queue(transaction, kShutter);
+              devices_.light_worker->queue(transaction, kShutter, within);
             } else {
-              devices_.light_worker->queue_first(transaction, kShutter);
+              devices_.light_worker->queue_first(transaction, kShutter, within);
             }
           },
           [&](const PollLight& a) {
-            devices_.light_worker->queue([this, a] {
-              if (auto state = devices_.light->state(); state) {
-                post(LightPolled{a.number, *state});
-              } else {
-                post(failure("light", state.error()));
-              }
-            });
+            devices_.light_worker->queue(
+                [this, a] {
+                  if (auto state = devices_.light->state(); state) {
+                    post(LightPolled{a.number, *state});
+                  } else {
+                    post(failure("light", state.error()));
+                  }
+                },
+                0, deadline("light: a reading", setup_.rig.deadlines.light_s));
           },
           [&](const ReadLines&) {
-            devices_.lines_worker->queue([this] {
-              if (auto levels = devices_.lines->read(); levels) {
-                post(LinesRead{(*levels).at(devices_.emergency_stop_line)});
-              } else {
-                post(failure("lines", levels.error()));
-              }
-            });
+            devices_.lines_worker->queue(
+                [this] {
+                  const auto levels = devices_.lines->read();
+                  if (!levels) {
+                    post(failure("lines", levels.error()));
+                  } else if (devices_.emergency_stop_line >= levels->size()) {
+                    post(DeviceFailed{
+                        fmt::format("lines: a reading of {} lines; more were offered", levels->size()),
+                        "lines"});
+                  } else {
+                    post(LinesRead{(*levels)[devices_.emergency_stop_line]});
+                  }
+                },
+                0, deadline("lines: a reading", setup_.rig.deadlines.lines_s));
           },
           [&](const ReleaseFrame& a) { pool_.release(a.slot); },
           [&](const SendReply& a) { server_->reply(a.client, a.reply); },

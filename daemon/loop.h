@@ -33,6 +33,7 @@ class Loop {
   void run();
 
  private:
+  void take(const Event& event);
   void carry_out(Action& action);
   enum class Turn { command, reading, stop };
   void to_axis(std::size_t axis, Turn turn, std::function<base::Result<void>(drivers::Axis&)> what);

@@ -5,6 +5,7 @@
 
 #include "core/base/units.h"
 #include "core/machine/motion.h"
+#include "daemon/following.h"
 #include "daemon/safety.h"
 
 namespace rig::daemon {
@@ -18,7 +19,11 @@ namespace {
 constexpr double kPatience = 1.5;
 constexpr double kGrace_s = 2;
 constexpr double kPollAgain_s = 0.02;
-constexpr double kAnswer_s = 3;  // for a reading, also on a slow bus
+
+// For a reading, also where the other axes of the bus have their turn first: each may use its deadline twice.
+double answer_s(const Setup& setup) {
+  return 2 * static_cast<double>(kAxisCount) * setup.rig.deadlines.axis_s;
+}
 
 void expect(State& state, double predicted_s) {
   state.motion->poll_at = state.now + seconds(predicted_s);
@@ -43,7 +48,10 @@ void home_next(const Setup& setup, State& state, Actions& actions) {
 // Sends the axes on a leg and predicts its end.
 void send_axes(const Setup& setup, State& state, Actions& actions, const JointAngles& to) {
   double longest = 0;
+  state.motion->sent = state.now;
+  state.motion->sent_after_poll = state.last_poll;
   for (std::size_t i = 0; i < kAxisCount; ++i) {
+    state.motion->from_rad[i] = state.axes[i].last.position_rad;
     if (!state.motion->involved[i]) continue;
     const machine::AxisConfig& axis = setup.rig.axes[i];
     const double distance = to[i] - state.axes[i].last.position_rad;
@@ -172,6 +180,13 @@ std::optional<MotionEnd> on_axis_polled(const Setup& setup, State& state, Action
     }
     return std::nullopt;
   }
+  if (state.motion && state.motion->kind == Motion::Kind::move && state.motion->involved[polled.axis] &&
+      polled.number > state.motion->sent_after_poll) {
+    if (const std::string off = off_its_way(setup, state, polled.axis, polled.state); !off.empty()) {
+      stop_everything(setup, state, actions, off);
+      return std::nullopt;
+    }
+  }
   track.last = polled.state;
   track.known = true;
   if (!track.last.fault.empty() && state.stopped.empty()) {
@@ -212,7 +227,7 @@ void poll_motion(const Setup& setup, State& state, Actions& actions) {
     return;
   }
   if (state.now < motion.poll_at) return;
-  motion.answer_by = state.now + seconds(kAnswer_s);
+  motion.answer_by = state.now + seconds(answer_s(setup));
   for (std::size_t i = 0; i < kAxisCount; ++i) {
     if (!motion.involved[i]) continue;
     motion.awaited[i] = ++state.last_poll;

@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <fcntl.h>
+#include <optional>
 #include <sys/file.h>
 #include <thread>
 #include <unistd.h>
@@ -124,7 +125,7 @@ Result<void> run(const Options& options) {
   auto clock = base::make_system_clock();
   if (rig->clock == machine::ClockKind::discrete_event) clock = base::make_discrete_event_clock(clock->now());
   // The loop's own membership: no virtual time passes before it waits.
-  const base::ClockMember member(*clock);
+  std::optional<base::ClockMember> member(std::in_place, *clock);
 
   auto devices = open_devices(*rig, *clock, state_folder);
   if (!devices) return pass(devices);
@@ -160,6 +161,8 @@ Result<void> run(const Options& options) {
     base::log_info("{}: ready at {}", name, fs::absolute(options.runtime_folder).string());
     loop.run();
     base::log_info("{}: ending; an active job goes on at the next start", name);
+    // A device that takes its time needs the clock to go on while it is waited for.
+    member.reset();
     // Stops still queued at the buses are carried out before their workers end.
     (*devices)->finish();
   }

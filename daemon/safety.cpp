@@ -1,6 +1,7 @@
 #include "daemon/safety.h"
 
 #include "core/machine/limits.h"
+#include "daemon/following.h"
 #include "daemon/messages.h"
 
 namespace rig::daemon {
@@ -41,6 +42,10 @@ Result<void> may_move(const Setup& setup, const State& state, const std::array<b
     from[i] = axis.last.position_rad;
     to[i] = involved[i] ? target_rad[i] : axis.last.position_rad;
     if (involved[i]) {
+      if (std::string blocked = blocked_by_switch(setup, state, i, to[i]); !blocked.empty()) {
+        return fail(ErrorCode::refused, std::move(blocked), {},
+                    "drive it out; if it is out, mend the switch");
+      }
       if (auto ok = machine::check_axis_limit(setup.rig, static_cast<machine::AxisId>(i), to[i]); !ok)
         return ok;
     }
@@ -100,6 +105,7 @@ Result<void> clear_stop(State& state, Actions& actions) {
   if (state.emergency_stop)
     return fail(ErrorCode::refused, "the emergency stop is still active", {}, "release it first");
   state.stopped.clear();
+  state.last_alarm.clear();
   actions.push_back(SaveStop{});
   protocol::Event event;
   event.mutable_stop_cleared();

@@ -63,6 +63,10 @@ struct Motion {
   std::array<std::uint64_t, kAxisCount> awaited{};
   Time answer_by{};            ///< a fault if an awaited answer is not there
   std::optional<Asker> asker;  ///< whom to tell; a job's motion has none
+  /// Of the leg under way, for its predicted positions: where it began, when, and the last poll before it.
+  JointAngles from_rad{};
+  Time sent{};
+  std::uint64_t sent_after_poll = 0;
 };
 
 /// One pose of the plan being taken: moved to, exposed, stored.
@@ -153,11 +157,14 @@ struct State {
   bool light_known = false;
   std::uint64_t light_read = 0;  ///< number of the poll that told
   bool emergency_stop = false;
-  std::string stopped;  ///< why the stop is latched; empty: it is not
-  bool ending = false;  ///< asked to end; nothing new begins
+  std::string stopped;     ///< why the stop is latched; empty: it is not
+  std::string last_alarm;  ///< since the stop was latched
+  bool ending = false;     ///< asked to end; nothing new begins
 
   std::optional<Motion> motion;
   std::optional<PendingFrame> frame;
+  std::optional<std::uint64_t> last_frame;  ///< the camera's own number of the frame that came last
+  int frames_refused = 0;                   ///< one after the other
   std::optional<Snap> snap;
   std::vector<JobEntry> jobs;
   std::optional<ActiveJob> job;

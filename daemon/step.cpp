@@ -1,8 +1,10 @@
 #include "daemon/step.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "daemon/conditions.h"
+#include "daemon/frame_check.h"
 #include "daemon/job.h"
 #include "daemon/lease.h"
 #include "daemon/messages.h"
@@ -21,7 +23,7 @@ constexpr double kLookEvery_s = 0.5;  // at the lines, the light and resting axe
 constexpr double kDiskEvery_s = 30;
 constexpr double kShortDiskEvery_s = 5;
 constexpr double kFetchAgain_s = 0.005;
-constexpr double kFetchAnswer_s = 30;  // of a camera on a slow wire
+constexpr double kFetchPatience = 2;  // of its deadline: a fetch may wait for other calls to the camera
 
 // One handler a kind of event.
 struct Handler {
@@ -48,6 +50,11 @@ struct Handler {
   }
 
   void operator()(const LightPolled& event) const {
+    if (!std::isfinite(event.state.level) || !std::isfinite(event.state.hours)) {
+      state.light_known = false;
+      if (state.stopped.empty()) stop_everything(setup, state, actions, "the light reports no level");
+      return;
+    }
     const drivers::LightState& before = state.light;
     const bool changed = !state.light_known || before.on != event.state.on ||
                          before.level != event.state.level ||
@@ -84,6 +91,8 @@ struct Handler {
       stop_everything(setup, state, actions, event.what);
       return;
     }
+    if (event.what == state.last_alarm) return;  // a device that is gone says so at every look
+    state.last_alarm = event.what;
     protocol::Event alarm;
     alarm.mutable_alarm()->set_text(event.what);
     publish(state, actions, std::move(alarm));
@@ -94,7 +103,7 @@ struct Handler {
     state.frame->fetching = false;
     state.frame->fetch_at = state.now + seconds(kFetchAgain_s);
     if (state.now > state.frame->deadline)
-      stop_everything(setup, state, actions, "the camera delivers no frame");
+      refuse_frame(setup, state, actions, "the camera delivered none in time");
   }
 
   void operator()(const FrameFetched& event) const {
@@ -104,7 +113,14 @@ struct Handler {
       return;
     }
     const PendingFrame pending = *state.frame;
+    if (const std::string refused = why_refused(state, pending, event); !refused.empty()) {
+      actions.push_back(ReleaseFrame{event.slot});
+      refuse_frame(setup, state, actions, refused);
+      return;
+    }
     state.frame.reset();
+    state.last_frame = event.info.counter;
+    state.frames_refused = 0;
     if (pending.row < 0 && state.snap) {
       actions.push_back(
           ReplyWithFrame{state.snap->asker, event.slot, event.info, event.saturated_share, state.snap->full});
@@ -149,7 +165,8 @@ void look_around(const Setup& setup, State& state, Actions& actions) {
   actions.push_back(PollLight{++state.last_poll});
   if (state.lost.count("camera") != 0) actions.push_back(ProbeCamera{});
   for (std::size_t i = 0; i < kAxisCount; ++i) {
-    if (!state.motion || !state.motion->involved[i]) actions.push_back(PollAxis{i, ++state.last_poll});
+    // Moving ones too: they must be seen on their way.
+    actions.push_back(PollAxis{i, ++state.last_poll});
   }
 }
 
@@ -169,7 +186,7 @@ void fetch_frame(const Setup& setup, State& state, Actions& actions) {
   }
   if (state.now < state.frame->fetch_at) return;
   state.frame->fetching = true;
-  state.frame->answer_by = state.now + seconds(kFetchAnswer_s);
+  state.frame->answer_by = state.now + seconds(kFetchPatience * setup.rig.deadlines.frame_s);
   JointAngles angles{};
   for (std::size_t i = 0; i < kAxisCount; ++i) angles[i] = state.axes[i].last.position_rad;
   // The rig may be on its way to the next pose already; the frame shows where it stood.

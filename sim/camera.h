@@ -14,7 +14,7 @@ namespace rig::sim {
 
 /// A frame's pixels are a function of the world, the counts of the axes and the light at the trigger,
 /// exposure, gain, and how often this exposure and gain were triggered since arm(): never of time or of what
-/// was before.
+/// was before, but for the faults that the settings ask for.
 class VirtualCamera final : public drivers::Camera {
  public:
   explicit VirtualCamera(std::shared_ptr<Machine> machine);
@@ -32,13 +32,15 @@ class VirtualCamera final : public drivers::Camera {
     base::Time started;
     double exposure_s, gain;
     std::uint64_t nth;  ///< how often this setting was taken since the bracket was armed
+    bool dropped;       ///< its frame never comes
     Scene scene;
   };
 
+  void paint(const Exposure& exposure, std::span<std::uint16_t> pixels);
   [[nodiscard]] std::uint64_t noise_key(const Exposure& exposure) const;
 
   std::shared_ptr<Machine> machine_;
-  Renderer renderer_;
+  std::unique_ptr<Renderer> renderer_;  // none where frames are painted from a hash
   std::optional<Exposure> exposure_;
   std::map<std::pair<double, double>, std::uint64_t> taken_;  // by exposure and gain, since armed
   std::uint64_t counter_ = 0;

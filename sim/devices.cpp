@@ -22,15 +22,30 @@ class VirtualAxis final : public drivers::Axis {
     const AxisWorld& a = machine_->world().axes[index_];
     return {a.resolution_rad, a.max_velocity_rad_s, a.max_acceleration_rad_s2, true, true};
   }
-  [[nodiscard]] Result<void> enable(bool on) override { return machine_->enable(index_, on); }
-  [[nodiscard]] Result<void> home() override { return machine_->home(index_); }
+  [[nodiscard]] Result<void> enable(bool on) override {
+    if (auto reached = reach(); !reached) return reached;
+    return machine_->enable(index_, on);
+  }
+  [[nodiscard]] Result<void> home() override {
+    if (auto reached = reach(); !reached) return reached;
+    return machine_->home(index_);
+  }
   [[nodiscard]] Result<void> move_to(double target_rad, double velocity, double acceleration) override {
+    if (auto reached = reach(); !reached) return reached;
     return machine_->move(index_, target_rad, velocity, acceleration);
   }
-  [[nodiscard]] Result<void> stop() override { return machine_->stop(index_); }
-  [[nodiscard]] Result<drivers::AxisState> state() override { return machine_->axis_state(index_); }
+  [[nodiscard]] Result<void> stop() override {
+    if (auto reached = reach(); !reached) return reached;
+    return machine_->stop(index_);
+  }
+  [[nodiscard]] Result<drivers::AxisState> state() override {
+    if (auto reached = reach(); !reached) return base::pass(reached);
+    return machine_->axis_state(index_);
+  }
 
  private:
+  [[nodiscard]] Result<void> reach() { return machine_->reach(kAxisNames[index_]); }
+
   Shared machine_;
   std::size_t index_;
 };
@@ -42,12 +57,19 @@ class VirtualLight final : public drivers::Light {
   [[nodiscard]] drivers::LightCapabilities capabilities() const override {
     return {true, true, machine_->world().light.warm_up_s};
   }
-  [[nodiscard]] Result<void> set_level(double level) override { return machine_->set_level(level); }
+  [[nodiscard]] Result<void> set_level(double level) override {
+    if (auto reached = machine_->reach("light"); !reached) return reached;
+    return machine_->set_level(level);
+  }
   [[nodiscard]] Result<void> set_shutter(bool open) override {
+    if (auto reached = machine_->reach("light"); !reached) return reached;
     machine_->set_shutter(open);
     return {};
   }
-  [[nodiscard]] Result<drivers::LightState> state() override { return machine_->light_state(); }
+  [[nodiscard]] Result<drivers::LightState> state() override {
+    if (auto reached = machine_->reach("light"); !reached) return base::pass(reached);
+    return machine_->light_state();
+  }
 
  private:
   Shared machine_;
@@ -59,6 +81,8 @@ class VirtualLines final : public drivers::DigitalIo {
 
   [[nodiscard]] std::vector<drivers::Line> lines() const override { return {{"emergency_stop", false}}; }
   [[nodiscard]] Result<std::vector<bool>> read() override {
+    if (auto reached = machine_->reach("lines"); !reached) return base::pass(reached);
+    if (machine_->strike(FaultKind::garbage, "lines")) return std::vector<bool>();
     return std::vector<bool>{machine_->emergency_stop()};
   }
   [[nodiscard]] Result<void> set(const std::string& line, bool /*active*/) override {
@@ -78,7 +102,9 @@ void check_settings(const base::ConfigTable& settings) {
 Result<std::vector<Device>> open_devices(const drivers::OpenContext& context) {
   const World world = read_world(context.settings);
   if (auto fine = context.settings.noted(); !fine) return base::pass(fine);
-  auto machine = Machine::open(world, context.clock, context.state_folder);
+  auto machine = Machine::open(
+      world, context.clock, context.state_folder,
+      [log = context.log](const std::string& complaint) { log(base::LogLevel::warning, complaint); });
   if (!machine) return base::pass(machine);
   std::vector<Device> devices;
   for (std::size_t i = 0; i < kAxes; ++i) {

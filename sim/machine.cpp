@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "core/base/random.h"
 #include "sim/ride.h"
 
 namespace rig::sim {
@@ -16,6 +18,7 @@ namespace {
 Memory new_world(const World& world, std::int64_t now_ns) {
   Memory memory;
   memory.made = 1;
+  memory.made_ns = now_ns;
   for (std::size_t i = 0; i < kAxes; ++i) {
     memory.axes[i].to = counts_of(world.axes[i], world.axes[i].power_on_rad);
     memory.axes[i].from_rad = static_cast<double>(memory.axes[i].to) * world.axes[i].resolution_rad;
@@ -29,22 +32,25 @@ Memory new_world(const World& world, std::int64_t now_ns) {
 
 }  // namespace
 
-Machine::Machine(const World& world, base::Clock& clock, std::filesystem::path folder, StateFile file)
+Machine::Machine(const World& world, base::Clock& clock, std::filesystem::path folder, StateFile file,
+                 Faults::Complain complain)
     : world_(world),
       clock_(clock),
       folder_(std::move(folder)),
       file_(std::move(file)),
-      memory_(file_.load()) {
+      memory_(file_.load()),
+      faults_(world.faults, folder_ / "faults.toml", std::move(complain)) {
   clock_.not_before(base::Time(base::Duration(memory_.now_ns)));
   if (memory_.made == 0) memory_ = new_world(world_, now_ns());
   save();
 }
 
 Result<std::shared_ptr<Machine>> Machine::open(const World& world, base::Clock& clock,
-                                               const std::filesystem::path& folder) {
+                                               const std::filesystem::path& folder,
+                                               Faults::Complain complain) {
   auto file = StateFile::open(folder / "world.state");
   if (!file) return base::pass(file);
-  std::shared_ptr<Machine> machine(new Machine(world, clock, folder, std::move(*file)));
+  std::shared_ptr<Machine> machine(new Machine(world, clock, folder, std::move(*file), std::move(complain)));
   if (auto flushed = machine->file_.flush(); !flushed) return base::pass(flushed);
   return machine;
 }
@@ -53,12 +59,32 @@ std::int64_t Machine::now_ns() const {
   return clock_.now().time_since_epoch().count();
 }
 
+double Machine::world_s() const {
+  return 1e-9 * static_cast<double>(now_ns() - memory_.made_ns);
+}
+
+Result<void> Machine::reach(const std::string& device) {
+  if (const auto late_s = strike(FaultKind::slow, device)) {
+    base::WaitSlot nobody_calls;
+    (void)clock_.wait(nobody_calls, clock_.now() + base::seconds(*late_s), base::WaitFor::rig);
+  }
+  if (strike(FaultKind::lost, device)) {
+    return fail(ErrorCode::device, "does not answer any more; is it connected?", device);
+  }
+  return {};
+}
+
+std::optional<double> Machine::strike(FaultKind kind, const std::string& device) {
+  return faults_.strike(kind, device, world_s());
+}
+
 void Machine::save() {
   memory_.now_ns = now_ns();
   file_.store(memory_);
 }
 
 bool Machine::button_pressed() const {
+  if (now_ns() < pressed_until_ns_) return true;
   std::error_code unreadable_is_released;
   return std::filesystem::exists(folder_ / "emergency_stop", unreadable_is_released);
 }
@@ -70,15 +96,17 @@ void Machine::catch_up() {
   for (std::size_t i = 0; i < kAxes; ++i) {
     AxisMemory& axis = memory_.axes[i];
     settle(axis, world_.axes[i], now);
-    const bool stands = !axis_moving(axis, world_.axes[i], now);
+    const bool stands = !axis_moving(axis, world_.axes[i], now) && !stalled_[i];
     if (axis.homing != 0 && stands) {
       axis.homing = 0;
       axis.homed = 1;
+      axis.slip_rad = 0;
       axis.from_above = 0;  // homing ends with a slow approach from below
       changed = true;
     }
     if (cut && axis.enabled != 0) {
       cut_short(axis, world_.axes[i], now);
+      stalled_[i] = false;
       axis.homing = 0;
       axis.enabled = 0;
       changed = true;
@@ -89,6 +117,12 @@ void Machine::catch_up() {
 
 bool Machine::emergency_stop() {
   const std::lock_guard lock(mutex_);
+  if (const auto step_s = strike(FaultKind::clock_step, "lines")) {
+    clock_.not_before(clock_.now() + base::seconds(*step_s));
+  }
+  if (const auto held_s = strike(FaultKind::emergency_stop, "lines")) {
+    pressed_until_ns_ = now_ns() + std::llround(1e9 * *held_s);
+  }
   catch_up();
   return button_pressed();
 }
@@ -103,10 +137,14 @@ drivers::AxisState Machine::axis_state(std::size_t index) {
   drivers::AxisState state;
   state.position_rad = static_cast<double>(counts) * world.resolution_rad;
   state.enabled = axis.enabled != 0;
-  state.moving = axis_moving(axis, world, now);
+  state.moving = axis_moving(axis, world, now) || stalled_[index];
   state.homed = axis.homed != 0;
-  state.at_low_limit = counts <= counts_of(world, world.low_rad);
-  state.at_high_limit = counts >= counts_of(world, world.high_rad);
+  const auto stuck = [&](bool high) { return faults_.strike_switch(kAxisNames[index], high, world_s()); };
+  state.at_low_limit = counts <= counts_of(world, world.low_rad) || stuck(false);
+  state.at_high_limit = counts >= counts_of(world, world.high_rad) || stuck(true);
+  if (strike(FaultKind::garbage, kAxisNames[index])) {
+    state.position_rad = std::numeric_limits<double>::quiet_NaN();
+  }
   return state;
 }
 
@@ -117,6 +155,7 @@ Result<void> Machine::enable(std::size_t index, bool on) {
   if (on && button_pressed()) {
     return fail(ErrorCode::device, "the emergency stop has cut the power of the drives", kAxisNames[index]);
   }
+  stalled_[index] = false;
   if (!on) {
     cut_short(axis, world_.axes[index], now_ns());
     axis.homing = 0;
@@ -134,8 +173,8 @@ Result<void> Machine::home(std::size_t index) {
   if (axis.enabled == 0) return fail(ErrorCode::device, "the drive has no power", kAxisNames[index]);
   axis.homed = 0;
   axis.homing = 1;
-  begin_move(axis, world, now_ns(), world.home_rad, world.homing_velocity_rad_s,
-             world.max_acceleration_rad_s2);
+  const double home = reached_target(index, world.home_rad);
+  begin_move(axis, world, now_ns(), home, world.homing_velocity_rad_s, world.max_acceleration_rad_s2);
   save();
   return file_.flush();
 }
@@ -151,7 +190,8 @@ Result<void> Machine::move(std::size_t index, double target_rad, double velocity
     return fail(ErrorCode::bad_input, "a move needs a target, a velocity and an acceleration",
                 kAxisNames[index]);
   }
-  begin_move(axis, world, now_ns(), target_rad, velocity, acceleration);
+  begin_move(axis, world, now_ns(), reached_target(index, target_rad), velocity, acceleration);
+  if (const auto lost = strike(FaultKind::lost_steps, kAxisNames[index])) axis.slip_rad += *lost;
   save();
   return {};
 }
@@ -159,6 +199,7 @@ Result<void> Machine::move(std::size_t index, double target_rad, double velocity
 Result<void> Machine::stop(std::size_t index) {
   const std::lock_guard lock(mutex_);
   catch_up();
+  stalled_[index] = false;
   begin_brake(memory_.axes[index], world_.axes[index], now_ns());
   memory_.axes[index].homing = 0;
   save();
@@ -167,13 +208,21 @@ Result<void> Machine::stop(std::size_t index) {
 
 drivers::LightState Machine::light_state() {
   const std::lock_guard lock(mutex_);
+  if (memory_.light_level > 0 && strike(FaultKind::light_fails, "light")) {
+    memory_.light_level = 0;
+    lamp_failed_ = true;
+    save();
+  }
   drivers::LightState state;
+  if (lamp_failed_) state.fault = "the lamp went out";
+  lamp_failed_ = false;  // told once; whoever lights it again finds out whether it lasts
   state.on = memory_.light_level > 0;
   state.level = memory_.light_level;
   state.shutter_open = memory_.shutter_open != 0;
   const double lit_s = state.on ? 1e-9 * static_cast<double>(now_ns() - memory_.light_since_ns) : 0;
   state.warm = state.on && lit_s >= world_.light.warm_up_s;
   state.hours = memory_.lamp_hours + lit_s / 3600;
+  if (strike(FaultKind::garbage, "light")) state.level = std::numeric_limits<double>::quiet_NaN();
   return state;
 }
 
@@ -196,6 +245,29 @@ void Machine::set_shutter(bool open) {
   save();
 }
 
+double Machine::reached_target(std::size_t index, double target_rad) {
+  stalled_[index] = false;
+  const double here = axis_position(memory_.axes[index], world_.axes[index], now_ns());
+  if (std::abs(target_rad - here) < world_.axes[index].resolution_rad) return target_rad;
+  const auto share = strike(FaultKind::stall, kAxisNames[index]);
+  stalled_[index] = share.has_value();
+  if (!share) return target_rad;
+  return here + *share * (target_rad - here);
+}
+
+double Machine::light_output(const Scene& scene) {
+  const double lit_s = 1e-9 * static_cast<double>(now_ns() - memory_.light_since_ns);
+  double light = memory_.light_level * warmth(world_.light, lit_s);
+  if (const auto share = strike(FaultKind::light_drift, "light")) {
+    std::uint64_t key = base::mix64(world_.seed);
+    for (const std::int64_t counts : scene.counts)
+      key = base::derive_key(key, static_cast<std::uint64_t>(counts));
+    light *= 1 + *share * (2 * base::unit_from_bits(key) - 1);
+  }
+  if (const auto share = strike(FaultKind::light_excursion, "light")) light *= 1 + *share;
+  return light;
+}
+
 Scene Machine::scene() {
   const std::lock_guard lock(mutex_);
   catch_up();
@@ -204,11 +276,11 @@ Scene Machine::scene() {
   for (std::size_t i = 0; i < kAxes; ++i) {
     scene.counts[i] = counts_of(world_.axes[i], axis_position(memory_.axes[i], world_.axes[i], now));
     scene.from_above[i] = memory_.axes[i].from_above != 0;
+    scene.astray[i] = memory_.axes[i].slip_rad;
+    const auto more = strike(FaultKind::backlash, kAxisNames[i]);
+    if (more && scene.from_above[i]) scene.astray[i] += *more;
   }
-  if (memory_.shutter_open != 0 && memory_.light_level > 0) {
-    const double lit_s = 1e-9 * static_cast<double>(now - memory_.light_since_ns);
-    scene.light = memory_.light_level * warmth(world_.light, lit_s);
-  }
+  if (memory_.shutter_open != 0 && memory_.light_level > 0) scene.light = light_output(scene);
   // So that a virtual rig that dies now goes on from here.
   save();
   return scene;

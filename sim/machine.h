@@ -8,6 +8,7 @@
 #include "core/base/clock.h"
 #include "core/base/result.h"
 #include "drivers/api/device.h"
+#include "sim/faults.h"
 #include "sim/state_file.h"
 #include "sim/world.h"
 
@@ -17,18 +18,26 @@ namespace rig::sim {
 struct Scene {
   std::array<std::int64_t, kAxes> counts{};
   std::array<bool, kAxes> from_above{};
+  Angles astray{};  ///< by how much lost steps and a fault's backlash move the axes from where they should be
   double light = 0;  ///< relative to the full level of a warm lamp; 0 behind the shutter
 };
 
 class Machine {
  public:
   /// Goes on from the state in `folder`, or begins with a new one there. Moves the clock on to the time the
-  /// state ends at.
+  /// state ends at. Complaints about the file of faults go to `complain`.
   [[nodiscard]] static base::Result<std::shared_ptr<Machine>> open(const World& world, base::Clock& clock,
-                                                                   const std::filesystem::path& folder);
+                                                                   const std::filesystem::path& folder,
+                                                                   Faults::Complain complain);
 
   [[nodiscard]] const World& world() const { return world_; }
   [[nodiscard]] base::Clock& clock() const { return clock_; }
+
+  /// Every call of a device passes here first: it may take its time, or find the device gone. Not called with
+  /// the lock held, because it may wait in the clock.
+  [[nodiscard]] base::Result<void> reach(const std::string& device);
+  /// One occasion for a fault of a device; see Faults.
+  [[nodiscard]] std::optional<double> strike(FaultKind kind, const std::string& device);
 
   [[nodiscard]] drivers::AxisState axis_state(std::size_t axis);
   [[nodiscard]] base::Result<void> enable(std::size_t axis, bool on);
@@ -41,14 +50,22 @@ class Machine {
   [[nodiscard]] base::Result<void> set_level(double level);
   void set_shutter(bool open);
 
-  /// Active while a file `emergency_stop` lies in the state folder: the drives have no power then.
+  /// Active while a fault presses it, and while a file `emergency_stop` lies in the state folder: the drives
+  /// have no power then.
   [[nodiscard]] bool emergency_stop();
 
   [[nodiscard]] Scene scene();
 
  private:
-  Machine(const World& world, base::Clock& clock, std::filesystem::path folder, StateFile file);
+  Machine(const World& world, base::Clock& clock, std::filesystem::path folder, StateFile file,
+          Faults::Complain complain);
   [[nodiscard]] std::int64_t now_ns() const;
+  /// Since the world was made.
+  [[nodiscard]] double world_s() const;
+  /// Where a move to a target ends: there, unless it stalls.
+  [[nodiscard]] double reached_target(std::size_t axis, double target_rad);
+  /// What the lamp gives now, shutter or not: its level, its warmth, its faults.
+  [[nodiscard]] double light_output(const Scene& scene);
   [[nodiscard]] bool button_pressed() const;
   /// Brings the memory up to the present: power cut by the button, homing that has ended.
   void catch_up();
@@ -60,6 +77,10 @@ class Machine {
   std::filesystem::path folder_;
   StateFile file_;
   Memory memory_;
+  Faults faults_;
+  std::array<bool, kAxes> stalled_{};  // pushes and does not move
+  std::int64_t pressed_until_ns_ = 0;  // the button, by a fault
+  bool lamp_failed_ = false;
 };
 
 }  // namespace rig::sim

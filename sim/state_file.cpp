@@ -21,7 +21,7 @@ namespace {
 
 static_assert(std::is_trivially_copyable_v<Memory>);
 // No padding: all bytes count in the checksum.
-static_assert(sizeof(AxisMemory) == 8 * 8 + 6 * 4 && sizeof(Memory) == 8 + kAxes * sizeof(AxisMemory) + 32);
+static_assert(sizeof(AxisMemory) == 9 * 8 + 6 * 4 && sizeof(Memory) == 8 + kAxes * sizeof(AxisMemory) + 40);
 
 struct Slot {
   std::uint64_t sequence;
@@ -31,7 +31,7 @@ struct Slot {
 
 constexpr std::size_t kBytes = 2 * sizeof(Slot);
 // A file of another layout is not misread: this is part of the checksum.
-constexpr std::uint64_t kLayout = 2;
+constexpr std::uint64_t kLayout = 3;
 
 std::uint64_t checksum(const Slot& slot) {
   std::uint64_t sum = base::derive_key(kLayout, slot.sequence);

@@ -24,6 +24,7 @@ struct AxisMemory {
   std::int32_t again = 0;       ///< once at rest, moves on to `next`
   std::int64_t next = 0;
   double next_velocity_rad_s = 0, next_acceleration_rad_s2 = 0;
+  double slip_rad = 0;  ///< how far lost steps have put the axis from where its readback says
 };
 
 /// Plain data: it is copied to the file byte by byte.
@@ -34,7 +35,8 @@ struct Memory {
   std::int64_t light_since_ns = 0;  ///< when the lamp was last switched on
   double lamp_hours = 0;            ///< until then
   std::int32_t shutter_open = 0;
-  std::int32_t made = 0;  ///< 0: a new world
+  std::int32_t made = 0;     ///< 0: a new world
+  std::int64_t made_ns = 0;  ///< when it was made
 };
 
 /// Two slots with a sequence number and a checksum each; the newer valid one counts, the other is written

@@ -68,6 +68,7 @@ CameraWorld read_camera(const ConfigTable& t) {
   if (samples != c.samples_per_side * c.samples_per_side) {
     t.error("samples_per_pixel", "must be the square of a whole number", "4 and 9 are");
   }
+  c.hashed = t.choice_or("render", "chart", {"chart", "hash"}) == "hash";
   if (c.saturation_dn <= c.black_dn) t.error("saturation_dn", "must be greater than black_dn");
   if (c.saturation_dn > std::ldexp(1.0, c.bits) - 1) t.error("saturation_dn", "does not fit into `bits`");
   if (c.max_exposure_s < c.min_exposure_s)
@@ -122,6 +123,7 @@ World read_world(const ConfigTable& settings) {
   world.camera = read_camera(settings.table("camera"));
   world.light = read_light(settings.table("light"));
   read_carrier(settings.table("carrier"), world);
+  if (const auto faults = settings.table_if("faults")) world.faults = read_fault_plan(*faults);
   return world;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/config.h"
+#include "sim/fault_plan.h"
 #include "sim/vector.h"
 
 namespace rig::sim {
@@ -38,6 +39,7 @@ struct CameraWorld {
   double white_fills_s = 0;  ///< exposure in which a perfect diffuser facing the light saturates green
   int samples_per_side = 2;  ///< a pixel's radiance is the mean of this squared
   double min_exposure_s = 0, max_exposure_s = 0, readout_s = 0;
+  bool hashed = false;  ///< frames are painted from a hash, not rendered
 };
 
 struct LightWorld {
@@ -65,6 +67,7 @@ struct World {
   double plane_offset_m = 0, carrier_half_m = 0, sample_half_m = 0;
   std::vector<TagWorld> tags;
   std::vector<PatchWorld> patches;
+  FaultPlan faults;
 };
 
 /// Reads the settings (docs/virtual-rig.md); mistakes are noted in the table.

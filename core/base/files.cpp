@@ -9,6 +9,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/base/death.h"
+
 namespace rig::base {
 
 namespace fs = std::filesystem;
@@ -57,13 +59,17 @@ Result<std::string> read_file(const fs::path& path) {
 Result<void> write_and_flush(const fs::path& path, std::span<const std::byte> bytes) {
   Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
   if (file.get() < 0) return system_failure("create", path, errno);
+  die_before(DurableStep::write);
   while (!bytes.empty()) {
     const ssize_t n = ::write(file.get(), bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return system_failure("write", path, errno);
     bytes = bytes.subspan(static_cast<std::size_t>(n));
   }
+  die_after(DurableStep::write);
+  die_before(DurableStep::flush);
   if (::fsync(file.get()) != 0) return system_failure("flush", path, errno);
+  die_after(DurableStep::flush);
   if (!file.close()) return system_failure("close", path, errno);
   return {};
 }
@@ -72,7 +78,9 @@ Result<void> flush_folder(const fs::path& folder) {
   const fs::path path = folder.empty() ? fs::path(".") : folder;
   const Descriptor dir(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (dir.get() < 0) return system_failure("open", path, errno);
+  die_before(DurableStep::flush);
   if (::fsync(dir.get()) != 0) return system_failure("flush", path, errno);
+  die_after(DurableStep::flush);
   return {};
 }
 
@@ -80,8 +88,10 @@ Result<void> rename_durably(const fs::path& from, const fs::path& to) {
   struct stat target {};
   const bool folder_in_the_way = ::stat(to.c_str(), &target) == 0 && S_ISDIR(target.st_mode);
   const unsigned int flags = folder_in_the_way ? RENAME_EXCHANGE : 0;
+  die_before(DurableStep::rename);
   if (::renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), flags) != 0)
     return system_failure("rename", from, errno);
+  die_after(DurableStep::rename);
   if (auto flushed = flush_folder(to.parent_path()); !flushed) return flushed;
   if (from.parent_path() != to.parent_path()) {
     if (auto flushed = flush_folder(from.parent_path()); !flushed) return flushed;

@@ -71,6 +71,7 @@ AxisConfig read_axis(const ConfigTable& table, const std::vector<ModuleConfig>& 
   axis.tolerance_rad = radians(table.number("tolerance_deg", {1e-6, 10}));
   axis.settle_s = table.number("settle_ms", {0, 60000}) * 1e-3;
   axis.approach_rad = radians(table.number_or("approach_deg", 0, {0, 45}));
+  axis.following_rad = radians(table.number_or("following_deg", 5, {1e-3, 360}));
   axis.home_rad = radians(table.number("home_deg", {-kFullTurns, kFullTurns}));
   if (has_limits && axis.min_rad < axis.max_rad && table.has("home_deg")) {
     if (axis.home_rad < axis.min_rad || axis.home_rad > axis.max_rad) {
@@ -236,6 +237,17 @@ void check_carrier_radius(const CarrierConfig& carrier, const ConfigTable& bodie
   }
 }
 
+Deadlines read_deadlines(const ConfigTable& table) {
+  constexpr Range kMilliseconds{1, 600000};
+  const Deadlines usual;
+  const auto bound_s = [&](const char* key, double usual_s) {
+    return 1e-3 * table.number_or(key, 1e3 * usual_s, kMilliseconds);
+  };
+  return {bound_s("axis_ms", usual.axis_s), bound_s("camera_ms", usual.camera_s),
+          bound_s("frame_ms", usual.frame_s), bound_s("light_ms", usual.light_s),
+          bound_s("lines_ms", usual.lines_s)};
+}
+
 // Two parts that name one device would each command what the other believes to be its own.
 void check_devices_differ(const ConfigTable& root, const RigConfig& rig) {
   std::map<std::pair<std::string, std::string>, std::string> users;
@@ -278,6 +290,7 @@ base::Result<RigConfig> read_rig(const ConfigTable& root) {
       rig.emergency_stop = LineRef{read_device(*stop, rig.modules), stop->text("line")};
     }
   }
+  if (const auto deadlines = root.table_if("deadlines")) rig.deadlines = read_deadlines(*deadlines);
   const ConfigTable bodies = root.table("bodies");
   rig.bodies = {mm(bodies, "light_radius_mm", 0, 10000), mm(bodies, "camera_radius_mm", 0, 10000),
                 mm(bodies, "carrier_radius_mm", 0, 10000)};

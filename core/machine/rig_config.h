@@ -30,8 +30,9 @@ struct AxisConfig {
   double jog_velocity_rad_s = 0;  ///< reduced speed, the only one before homing
   double tolerance_rad = 0;       ///< |readback - target| at arrival
   double settle_s = 0;
-  double approach_rad = 0;  ///< length of the final approach from below; 0: approach from anywhere
-  double home_rad = 0;      ///< where homing ends
+  double approach_rad = 0;   ///< length of the final approach from below; 0: approach from anywhere
+  double home_rad = 0;       ///< where homing ends
+  double following_rad = 0;  ///< how far a moving axis may be off its predicted way
 };
 
 /// A keep-out rule between two bodies of the rig, by nominal geometry: the straight-line clearance between
@@ -100,6 +101,11 @@ struct ModuleConfig {
   base::ConfigTable settings;  ///< for the module alone
 };
 
+/// How long one call of a device may take before the rig is stopped.
+struct Deadlines {
+  double axis_s = 1, camera_s = 2, frame_s = 30, light_s = 2, lines_s = 1;
+};
+
 /// How rigd keeps time: the wall, or discrete events for a rig that is virtual in every part.
 enum class ClockKind { system, discrete_event };
 
@@ -113,6 +119,7 @@ struct RigConfig {
   LightConfig light;
   CarrierConfig carrier;
   std::optional<LineRef> emergency_stop;  ///< input that says the hardware cut drive power
+  Deadlines deadlines;
   Bodies bodies;
   std::vector<KeepOut> keep_out;
   UnattendedConfig unattended;

@@ -3,6 +3,8 @@
 #include <sqlite3.h>
 #include <utility>
 
+#include "core/base/death.h"
+
 namespace rig::scan {
 
 using base::ErrorCode;
@@ -62,8 +64,12 @@ Result<bool> Statement::step() {
 }
 
 Result<void> Statement::run() {
+  // Outside a transaction a statement that writes is one by itself.
+  const bool commits = sqlite3_get_autocommit(database_) != 0 && sqlite3_stmt_readonly(statement_) == 0;
+  if (commits) base::die_before(base::DurableStep::commit);
   auto row = step();
   if (!row) return base::pass(row);
+  if (commits) base::die_after(base::DurableStep::commit);
   reset();
   return {};
 }
@@ -110,6 +116,13 @@ Result<Statement> Database::prepare(std::string_view sql) const {
 Result<void> Database::execute(const std::string& sql) const {
   if (sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK)
     return failure(handle_, "write");
+  return {};
+}
+
+Result<void> Database::commit() const {
+  base::die_before(base::DurableStep::commit);
+  if (auto done = execute("COMMIT"); !done) return done;
+  base::die_after(base::DurableStep::commit);
   return {};
 }
 

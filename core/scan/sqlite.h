@@ -64,7 +64,7 @@ class Database {
   [[nodiscard]] base::Result<void> transaction(Body&& body) const {
     if (auto begun = execute("BEGIN IMMEDIATE"); !begun) return begun;
     base::Result<void> done = body();
-    if (done) done = execute("COMMIT");
+    if (done) done = commit();
     if (!done) {
       // The first error is the one to report; a rollback can only fail where nothing was begun.
       (void)execute("ROLLBACK");
@@ -74,6 +74,7 @@ class Database {
 
  private:
   explicit Database(sqlite3* handle) : handle_(handle) {}
+  [[nodiscard]] base::Result<void> commit() const;
   sqlite3* handle_;
 };
 

@@ -200,6 +200,10 @@ void RigModel::answer(What what) {
 double RigModel::place(std::size_t axis) const {
   const Drive& d = drives_[axis];
   if (now_ >= d.end || d.end <= d.start) return d.to;
+  if (d.acceleration > 0) {
+    const double t = base::to_seconds(now_ - d.start);
+    return d.from + machine::travel_share(d.to - d.from, d.velocity, d.acceleration, t) * (d.to - d.from);
+  }
   const double share = base::to_seconds(now_ - d.start) / base::to_seconds(d.end - d.start);
   return d.from + share * (d.to - d.from);
 }
@@ -214,6 +218,7 @@ void RigModel::drive(std::size_t axis, double to, double duration_s) {
   d.to = to;
   d.start = now_;
   d.end = now_ + seconds(duration_s);
+  d.velocity = d.acceleration = 0;
   d.stuck = chance(faults.stuck);
 }
 
@@ -225,6 +230,7 @@ void RigModel::stop_drive(std::size_t axis) {
   d.from = d.to = place(axis);
   d.start = now_;
   d.end = now_ + seconds(0.2);  // it brakes
+  d.velocity = d.acceleration = 0;
   d.stuck = false;
 }
 
@@ -269,8 +275,12 @@ void RigModel::fetch(std::uint64_t exposure) {
     green.resize(4096);
     for (int i = 0; i < 100; ++i) ++green[chance(0.1) ? 4095 : random_.below(4096)];
   }
-  answer(FrameFetched{
-      exposure, slot, {exposing_->second, 1, exposing_->first, 0}, random_.uniform(), histogram});
+  answer(FrameFetched{exposure,
+                      slot,
+                      {exposing_->second, 1, exposing_->first, ++frames_},
+                      random_.uniform(),
+                      histogram,
+                      chance(faults.damaged) ? "lines of zeros" : ""});
   exposing_.reset();
 }
 
@@ -413,6 +423,8 @@ void RigModel::carry_out(const Action& action) {
           drive(
               m.axis, m.target_rad + off,
               machine::travel_time_s(m.target_rad - place(m.axis), m.velocity_rad_s, m.acceleration_rad_s2));
+          drives_[m.axis].velocity = m.velocity_rad_s;
+          drives_[m.axis].acceleration = m.acceleration_rad_s2;
         },
         static_cast<int>(move->axis));
   } else if (const auto* stop = std::get_if<StopAxis>(&action)) {

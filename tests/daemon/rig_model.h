@@ -25,6 +25,7 @@ struct Faults {
   double off_target = 0;  ///< a move that ends elsewhere
   double stuck = 0;       ///< a move that never ends
   double disk = 0;        ///< the storage fails
+  double damaged = 0;     ///< a frame that cannot be one
   double late_s = 0.002;  ///< the most that anything waits for its turn
 };
 
@@ -70,6 +71,7 @@ class RigModel {
   struct Drive {
     double from = 0, to = 0;
     base::Time start{}, end{};
+    double velocity = 0, acceleration = 0;  // of a trapezoid; 0: steadily from start to end
     bool enabled = false, homed = false, homing = false, stuck = false;
   };
   struct Scan {
@@ -120,6 +122,7 @@ class RigModel {
   std::optional<std::pair<base::Time, double>> exposing_;
   std::set<int> slots_;
   int next_slot_ = 0;
+  std::uint64_t frames_ = 0;
 
   std::map<std::uint64_t, Scan> scans_;
   std::uint64_t open_scan_ = 0;

@@ -175,6 +175,7 @@ Faults random_faults(base::Random& random) {
   faults.off_target = sometimes(0.2);
   faults.stuck = sometimes(0.02);
   faults.disk = sometimes(0.03);
+  faults.damaged = sometimes(0.1);
   faults.late_s = random.below(3) == 0 ? 1 : 0.01;
   return faults;
 }

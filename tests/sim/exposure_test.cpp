@@ -88,7 +88,7 @@ class CameraTest : public ::testing::Test {
   };
   Rig made(const std::string& name) {
     std::filesystem::create_directories(folder_ / name);
-    auto machine = Machine::open(world_, clock_, folder_ / name);
+    auto machine = Machine::open(world_, clock_, folder_ / name, testing::no_complaint);
     EXPECT_TRUE(machine.has_value());
     Rig rig{*machine, std::make_unique<VirtualCamera>(*machine)};
     for (std::size_t i = 0; i < kAxes; ++i) {

@@ -24,7 +24,7 @@ class MachineTest : public ::testing::Test {
   std::shared_ptr<Machine> machine_ = opened();
 
   std::shared_ptr<Machine> opened() {
-    auto machine = Machine::open(world_, clock_, folder_.path());
+    auto machine = Machine::open(world_, clock_, folder_.path(), testing::no_complaint);
     EXPECT_TRUE(machine.has_value());
     return *machine;
   }
@@ -189,7 +189,7 @@ TEST_F(MachineTest, TimeDoesNotGoBackAfterARestart) {
   (void)machine_->scene();
   machine_.reset();
   testing::SetClock early;
-  auto machine = Machine::open(world_, early, folder_.path());
+  auto machine = Machine::open(world_, early, folder_.path(), testing::no_complaint);
   ASSERT_TRUE(machine.has_value());
   EXPECT_EQ(early.now(), clock_.now());
 }

@@ -57,6 +57,21 @@ TEST(RigConfig, TheCopyOfAScanReadsLikeTheFile) {
   EXPECT_EQ(rig->modules[0].settings.integer("seed", 0, 9), 1) << "left for the module to read";
 }
 
+TEST(RigConfig, CallsHaveDeadlinesAndMovingAxesATolerance) {
+  const RigConfig usual = rig_with({});
+  EXPECT_EQ(usual.deadlines.axis_s, 1);
+  EXPECT_EQ(usual.deadlines.frame_s, 30);
+  EXPECT_DOUBLE_EQ(usual.axes[2].following_rad, radians(5));
+  const RigConfig rig = rig_with({{"[bodies]", "[deadlines]\naxis_ms = 250\nlines_ms = 400\n\n[bodies]"},
+                                  {"home_deg = 0.0", "home_deg = 0.0\nfollowing_deg = 2.5"}});
+  EXPECT_DOUBLE_EQ(rig.deadlines.axis_s, 0.25);
+  EXPECT_DOUBLE_EQ(rig.deadlines.lines_s, 0.4);
+  EXPECT_EQ(rig.deadlines.camera_s, 2);
+  EXPECT_DOUBLE_EQ(rig.axes[0].following_rad, radians(2.5));
+  EXPECT_THAT(complaints({{"[bodies]", "[deadlines]\naxis_ms = 0\naxes_ms = 1\n\n[bodies]"}}),
+              ::testing::AllOf(HasSubstr("deadlines.axis_ms"), HasSubstr("axes_ms")));
+}
+
 TEST(RigConfig, UnknownKeysAreErrorsWithTheirPlace) {
   const std::string text = changed_rig_text({{"jog_velocity_deg_s = 2.0", "jog_velocty_deg_s = 2.0"}});
   const auto rig = parse_rig_config(text, "rig.toml");

@@ -1,0 +1,304 @@
+// Every fault of the virtual rig, caused and ended while rigd runs: what must happen, seen on the event
+// stream, in the journal and in the frames.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/scan/scan_directory.h"
+#include "core/scan/verify.h"
+#include "tests/system/running_rig.h"
+#include "tests/system/tiny_rig.h"
+
+namespace rig::test {
+namespace {
+
+using ::testing::ContainsRegex;
+
+class Fault : public ::testing::Test {
+ protected:
+  TemporaryFolder folder_;
+  RunningRig rig_{folder_ / "rig", tiny_rig_toml()};
+
+  // Written whole, so that the rig never reads half of it.
+  void cause(const std::string& faults) {
+    std::filesystem::create_directories(folder_ / "rig/state/virtual");
+    put_bytes(folder_ / "rig/faults.new", faults);
+    std::filesystem::rename(folder_ / "rig/faults.new", folder_ / "rig/state/virtual/faults.toml");
+  }
+  void mend() { std::filesystem::remove(folder_ / "rig/state/virtual/faults.toml"); }
+
+  void begin(const std::string& job = tiny_job()) {
+    ASSERT_NO_FATAL_FAILURE(rig_.start());
+    rig_.submit(job);
+  }
+  void expect_stop(const std::string& reason) {
+    std::string told;
+    ASSERT_TRUE(rig_.await([&](const protocol::Event& event) {
+      if (event.has_stop_latched()) told = event.stop_latched().reason();
+      return event.has_stop_latched();
+    })) << rig_.log();
+    EXPECT_THAT(told, ContainsRegex(reason));
+    protocol::Request look;
+    look.mutable_get_status();
+    const auto status = rig_.expect_done(look).status();
+    EXPECT_EQ(status.mode(), protocol::STOPPED);
+    EXPECT_THAT(status.stop_reason(), ContainsRegex(reason));
+  }
+  protocol::Outcome clear() {
+    protocol::Request request;
+    request.mutable_clear_stop();
+    return rig_.ask(request).outcome();
+  }
+  // The next pose that fails does so for this reason.
+  protocol::PoseFailed expect_failure(const std::string& reason) {
+    protocol::PoseFailed failed;
+    EXPECT_TRUE(rig_.await([&](const protocol::Event& event) {
+      if (event.has_pose_failed()) failed = event.pose_failed();
+      return event.has_pose_failed();
+    })) << rig_.log();
+    EXPECT_THAT(failed.reason(), ContainsRegex(reason));
+    return failed;
+  }
+  void finish() {
+    EXPECT_EQ(rig_.await_job_end(), protocol::COMPLETE) << rig_.log();
+    EXPECT_EQ(rig_.end(SIGTERM), 0) << rig_.log();
+  }
+  [[nodiscard]] scan::ScanView view() const {
+    auto scan = scan::open_scan(rig_.scan());
+    EXPECT_TRUE(scan.has_value()) << scan.error().text();
+    return std::move(scan).value();
+  }
+  void expect_undamaged(bool complete) {
+    const auto report = scan::verify_scan(rig_.scan(), [](std::size_t) {});
+    ASSERT_TRUE(report.has_value()) << report.error().text();
+    EXPECT_THAT(report->problems, ::testing::IsEmpty());
+    EXPECT_EQ(report->complete(), complete);
+    EXPECT_EQ(report->progress.done + report->progress.abandoned, report->progress.total);
+  }
+  std::map<std::string, std::string> undisturbed(const std::string& rig_toml = tiny_rig_toml()) {
+    RunningRig calm(folder_ / "calm", rig_toml);
+    calm.start();
+    calm.submit(tiny_job());
+    EXPECT_EQ(calm.await_job_end(), protocol::COMPLETE) << calm.log();
+    EXPECT_EQ(calm.end(SIGTERM), 0) << calm.log();
+    return frames_of(calm.scan());
+  }
+  void expect_nothing_lost() {
+    finish();
+    expect_undamaged(true);
+    EXPECT_TRUE(frames_of(rig_.scan()) == undisturbed());
+  }
+};
+
+TEST_F(Fault, AStalledAxisStopsTheRigAndThePoseIsTakenAfterTheStop) {
+  cause(
+      "[[fault]]\nkind = \"stall\"\ndevice = \"pan\"\nafter = 2\ntimes = 1\nshare = 0.1\n");  // homing is one
+  begin();
+  expect_stop("axis pan stalled at .* predicted");
+  EXPECT_EQ(clear(), protocol::DONE);
+  expect_nothing_lost();
+}
+
+TEST_F(Fault, AStalledHomingStopsTheRig) {
+  cause("[[fault]]\nkind = \"stall\"\ndevice = \"tilt\"\ntimes = 1\n");
+  begin();
+  expect_stop("the motion of tilt did not end in time");
+  EXPECT_EQ(clear(), protocol::DONE);
+  expect_nothing_lost();
+}
+
+// The readback is right, so that rigd cannot know: the registration finds it. Homing sets it right again.
+TEST_F(Fault, LostStepsMoveTheImageAndNothingElse) {
+  cause("[[fault]]\nkind = \"lost-steps\"\ndevice = \"roll\"\nby_deg = 0.5\nafter = 4\ntimes = 1\n");
+  begin();
+  finish();
+  expect_undamaged(true);
+  const auto expected = undisturbed();
+  const auto frames = frames_of(rig_.scan());
+  EXPECT_TRUE(frames.at("000000/00.tif") == expected.at("000000/00.tif"));
+  EXPECT_FALSE(frames.at("000005/00.tif") == expected.at("000005/00.tif"));
+}
+
+TEST_F(Fault, MoreBacklashChangesNothingBecauseEveryTargetIsReachedFromBelow) {
+  cause("[[fault]]\nkind = \"backlash\"\nby_deg = 3\n");
+  begin();
+  expect_nothing_lost();
+}
+
+// Down is further in, and every way down begins with a detour below its target.
+TEST_F(Fault, AStuckLimitSwitchRefusesFurtherInAndAllowsOut) {
+  cause("[[fault]]\nkind = \"limit-switch\"\ndevice = \"arm\"\nside = \"low\"\n");
+  begin(tiny_job(6, 2));
+  const auto first = expect_failure("axis arm stands on its low limit switch");
+  EXPECT_FALSE(first.abandoned());
+  const auto second = expect_failure("axis arm stands on its low limit switch");
+  EXPECT_TRUE(second.abandoned());
+  EXPECT_EQ(second.row(), 1);
+  finish();
+  expect_undamaged(false);
+  const auto plan = view().plan;
+  EXPECT_EQ(plan[0].state, scan::RowState::done);
+  for (std::size_t row = 1; row < plan.size(); ++row) {
+    EXPECT_EQ(plan[row].state, scan::RowState::abandoned);
+    EXPECT_THAT(plan[row].reason, ContainsRegex("axis arm stands on its low limit switch"));
+  }
+}
+
+TEST_F(Fault, ALimitSwitchReachedOnTheWayStopsTheRig) {
+  cause("[[fault]]\nkind = \"limit-switch\"\ndevice = \"pan\"\nside = \"low\"\nchance = 0.5\n");
+  begin(tiny_job(6, 20));  // standing on it is a pose that fails
+  expect_stop("axis pan ran into its low limit switch");
+  mend();
+  EXPECT_EQ(clear(), protocol::DONE);
+  expect_nothing_lost();
+}
+
+TEST_F(Fault, TheEmergencyStopLatchesUntilItIsReleasedAndCleared) {
+  cause("[[fault]]\nkind = \"emergency-stop\"\nby_s = 0.2\nfrom_s = 910\n");  // among the poses
+  begin();
+  expect_stop("emergency stop");
+  EXPECT_EQ(clear(), protocol::REFUSED);
+  mend();
+  while (clear() == protocol::REFUSED) {
+  }
+  expect_nothing_lost();
+}
+
+TEST_F(Fault, ACallThatIsSlowWithinItsBoundIsWaitedFor) {
+  cause("[[fault]]\nkind = \"slow\"\ndevice = \"tilt\"\nby_s = 0.3\nchance = 0.5\n");
+  begin();
+  expect_nothing_lost();
+}
+
+TEST_F(Fault, ACallThatOutlastsItsBoundStopsTheRig) {
+  for (const auto& [device, what] : {std::pair("tilt", "axis tilt: a .* took longer than 1 s"),
+                                     std::pair("camera", "camera: .* took longer than (2|30) s"),
+                                     std::pair("light", "light: .* took longer than 2 s"),
+                                     std::pair("lines", "lines: .* took longer than 1 s")}) {
+    SCOPED_TRACE(device);
+    TemporaryFolder folder;
+    RunningRig rig(folder / "rig",
+                   tiny_rig_toml(fmt::format("[[module.settings.faults.fault]]\nkind = \"slow\"\ndevice = "
+                                             "\"{}\"\nby_s = 40\nafter = 4\ntimes = 1\n",
+                                             device)));
+    ASSERT_NO_FATAL_FAILURE(rig.start());
+    rig.submit(tiny_job());
+    std::string told;
+    ASSERT_TRUE(rig.await([&](const protocol::Event& event) {
+      told = event.stop_latched().reason();
+      return event.has_stop_latched();
+    })) << rig.log();
+    EXPECT_THAT(told, ContainsRegex(what));
+    protocol::Request clear;
+    clear.mutable_clear_stop();
+    rig.expect_done(clear);
+    EXPECT_EQ(rig.await_job_end(), protocol::COMPLETE) << rig.log();
+    EXPECT_EQ(rig.end(SIGTERM), 0) << rig.log();
+  }
+}
+
+TEST_F(Fault, ReadingsThatAreNoNumbersStopTheRig) {
+  begin();
+  for (const auto& [device, what] :
+       {std::pair("arm", "axis arm reports no position"), std::pair("light", "the light reports no level"),
+        std::pair("lines", "lines: a reading of 0 lines")}) {
+    SCOPED_TRACE(device);
+    cause(fmt::format("[[fault]]\nkind = \"garbage\"\ndevice = \"{}\"\ntimes = 1\n", device));
+    expect_stop(what);
+    mend();
+    EXPECT_EQ(clear(), protocol::DONE);
+  }
+  expect_nothing_lost();
+}
+
+TEST_F(Fault, AFrameThatIsNoneIsRefusedAndItsPoseTakenAgain) {
+  cause(
+      "[[fault]]\nkind = \"corrupt-frame\"\nafter = 2\ntimes = 1\n"
+      "[[fault]]\nkind = \"dropped-frame\"\nafter = 5\ntimes = 1\n"
+      "[[fault]]\nkind = \"garbage\"\ndevice = \"camera\"\nafter = 8\ntimes = 1\n");
+  begin();
+  EXPECT_FALSE(expect_failure("a frame: (line .* is all zeros|pixel .* beyond the 12 bits)").abandoned());
+  EXPECT_FALSE(expect_failure("a frame: the camera delivered none in time").abandoned());
+  EXPECT_FALSE(expect_failure("a frame: the camera does not say how it exposed").abandoned());
+  finish();
+  expect_undamaged(true);
+  int retried = 0;
+  for (const scan::PlanRow& row : view().plan) retried += row.attempts;
+  EXPECT_EQ(retried, 3);
+  EXPECT_TRUE(frames_of(rig_.scan()) == undisturbed());
+}
+
+TEST_F(Fault, APoseWhoseFramesAreNeverGoodIsAbandonedAndAfterFiveTheRigStops) {
+  cause("[[fault]]\nkind = \"corrupt-frame\"\n");
+  begin(tiny_job(6, 2));
+  EXPECT_FALSE(expect_failure("a frame: ").abandoned());
+  EXPECT_TRUE(expect_failure("a frame: ").abandoned());
+  expect_stop("5 frames one after the other were no good, the last one: (line|pixel)");
+  mend();
+  EXPECT_EQ(clear(), protocol::DONE);
+  finish();
+  expect_undamaged(false);
+  EXPECT_EQ(view().plan[0].state, scan::RowState::abandoned);
+  EXPECT_THAT(view().plan[0].reason, ContainsRegex("a frame: "));
+}
+
+TEST_F(Fault, ACameraThatIsLostStopsTheRigAndIsUsedAgainWhenItIsBack) {
+  cause("[[fault]]\nkind = \"lost\"\ndevice = \"camera\"\nafter = 7\n");
+  begin();
+  expect_stop("camera: .*does not answer any more");
+  EXPECT_EQ(clear(), protocol::DONE);
+  expect_stop("camera: .*does not answer any more");  // it is still gone
+  mend();
+  EXPECT_EQ(clear(), protocol::DONE);
+  expect_nothing_lost();
+}
+
+TEST_F(Fault, ALampThatGoesOutStopsTheRigAndIsWarmedUpAgain) {
+  cause("[[fault]]\nkind = \"light-fails\"\ntimes = 1\nfrom_s = 910\n");
+  begin();
+  expect_stop("the light: the lamp went out");
+  EXPECT_EQ(clear(), protocol::DONE);
+  expect_nothing_lost();
+}
+
+TEST_F(Fault, DriftIsAFunctionOfTheTargetAngles) {
+  const std::string drift = "[[module.settings.faults.fault]]\nkind = \"light-drift\"\nshare = 0.03\n";
+  const auto once = undisturbed(tiny_rig_toml(drift));
+  cause("[[fault]]\nkind = \"light-drift\"\nshare = 0.03\n[[fault]]\nkind = \"dropped-frame\"\ntimes = 2\n");
+  begin();
+  finish();
+  expect_undamaged(true);
+  EXPECT_TRUE(frames_of(rig_.scan()) == once);
+}
+
+TEST_F(Fault, AnExcursionOfTheLightChangesTheFramesOfItsTime) {
+  // The lamp is warm after 900 s, and a pose takes a few seconds.
+  cause("[[fault]]\nkind = \"light-excursion\"\nshare = -0.2\nfrom_s = 920\nfor_s = 10\n");
+  begin();
+  finish();
+  expect_undamaged(true);
+  const auto expected = undisturbed();
+  std::size_t changed = 0;
+  for (const auto& [name, bytes] : frames_of(rig_.scan())) changed += bytes == expected.at(name) ? 0 : 1;
+  EXPECT_GT(changed, 0U);
+  EXPECT_LT(changed, expected.size());
+}
+
+// As after a machine was suspended: the call in flight has outlasted its bound.
+TEST_F(Fault, AStepOfTheClockStopsTheRigAndLosesNothing) {
+  cause("[[fault]]\nkind = \"clock-step\"\nby_s = 7200\nfrom_s = 910\ntimes = 1\n");
+  begin();
+  expect_stop("took longer than|no answer from");
+  EXPECT_EQ(clear(), protocol::DONE);
+  expect_nothing_lost();
+}
+
+TEST_F(Fault, AWrongFileOfFaultsIsComplainedAboutAndChangesNothing) {
+  cause("[[fault]]\nkind = \"stal\"\n");
+  begin();
+  finish();
+  EXPECT_THAT(rig_.log(), ContainsRegex("faults.toml:2:.*kind"));
+  expect_undamaged(true);
+}
+
+}  // namespace
+}  // namespace rig::test
