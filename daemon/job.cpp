@@ -180,7 +180,7 @@ void rest(const Setup& setup, State& state, Actions& actions) {
   ActiveJob& job = *state.job;
   if (job.resting || job.phase == ActiveJob::Phase::opening) return;
   if (job.current) advance_bracket(setup, state, actions);
-  if (job.storing) commit_when_stored(state, actions);
+  if (job.storing) commit_when_stored(setup, state, actions);
   if (job.current || job.storing || state.motion || state.frame) return;
   job.resting = true;
   if (job.rows.empty()) return;
