@@ -30,7 +30,7 @@ void BusWorker::note_if_late() {
   const Deadline& deadline = in_flight_->deadline;
   if (clock_.now() - in_flight_->began <= deadline.bound) return;
   in_flight_->told = true;
-  late_.push_back(fmt::format("{} took longer than {} s", deadline.what, base::to_seconds(deadline.bound)));
+  late_.push_back(fmt::format("{} took longer than {:g} s", deadline.what, base::to_seconds(deadline.bound)));
 }
 
 std::optional<std::string> BusWorker::overdue() {

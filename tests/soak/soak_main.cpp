@@ -61,7 +61,7 @@ base::Result<void> run(const Options& options, Total& total) {
   soak::NightReport calm;
   constexpr int kNightsPerJob = 4;
   for (int i = 0; !enough(); ++i) {
-    night.seed = base::derive_key(options.seed, static_cast<std::uint64_t>(i));
+    night.seed = base::derive_key(options.seed, static_cast<std::uint64_t>(i)) >> 2;  // TOML has 63 bits
     if (i % kNightsPerJob == 0) {
       auto job = soak::random_job(night.shipped, options.poses, night.seed);
       if (!job) return base::pass(job);
