@@ -40,7 +40,8 @@ TEST(StateDb, RemembersTheOrderOfTheQueue) {
   auto db = StateDb::open(folder.path());
   ASSERT_TRUE(db.has_value()) << db.error().text();
   std::vector<std::uint64_t> order;
-  for (const JobEntry& job : db->jobs().value()) order.push_back(job.id);
+  const std::vector<JobEntry> jobs = db->jobs().value();
+  for (const JobEntry& job : jobs) order.push_back(job.id);
   EXPECT_EQ(order, (std::vector<std::uint64_t>{3, 1, 2, 4}));
 }
 
