@@ -4,13 +4,15 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/srgb.h"
+
 namespace rig::daemon {
 
 namespace {
 
 std::uint8_t to_srgb(double linear) {
   const double v = std::clamp(linear, 0.0, 1.0);
-  const double encoded = v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+  const double encoded = base::srgb_from_linear(v);
   return static_cast<std::uint8_t>(std::lround(255 * encoded));
 }
 

@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/base/srgb.h"
+
 // Last: it defines macros that hide the byte swaps of the system.
 #include <OpenImageIO/imageio.h>
 
@@ -70,7 +72,7 @@ double decoded(const Encoding& encoding, double code) {
     case Encoding::Kind::linear:
       return code;
     case Encoding::Kind::srgb:
-      return code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4);
+      return base::linear_from_srgb(code);
     case Encoding::Kind::power:
       return std::pow(std::max(code, 0.0), encoding.exponent);
   }

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/srgb.h"
+
 // Last: it defines macros that hide the byte swaps of the system.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
@@ -24,14 +26,6 @@ std::string base64(const std::vector<unsigned char>& bytes) {
   return out;
 }
 
-// sRGB's transfer function in both directions, for colours that are chosen on a screen.
-double encode(double v) {
-  return v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
-}
-double decode(double v) {
-  return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
-}
-
 }  // namespace
 
 base::Result<std::string> data_url(const Picture& picture, double exposure) {
@@ -42,7 +36,8 @@ base::Result<std::string> data_url(const Picture& picture, double exposure) {
       const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(3 * picture.columns) +
                       static_cast<std::size_t>(i);
       const double v = std::clamp(static_cast<double>(picture.rgb[at]) * exposure, 0.0, 1.0);
-      pixels.push_back(static_cast<unsigned char>(std::lround(255 * encode(std::isfinite(v) ? v : 0))));
+      pixels.push_back(
+          static_cast<unsigned char>(std::lround(255 * base::srgb_from_linear(std::isfinite(v) ? v : 0))));
     }
   }
   std::vector<unsigned char> png;
@@ -69,7 +64,8 @@ Picture colour_scale(const std::vector<float>& values, int columns, int rows, do
     const auto i = std::min<std::size_t>(3, static_cast<std::size_t>(at));
     const double f = at - static_cast<double>(i);
     for (std::size_t c = 0; c < 3; ++c) {
-      picture.rgb.push_back(static_cast<float>(decode((1 - f) * kStations[i][c] + f * kStations[i + 1][c])));
+      picture.rgb.push_back(
+          static_cast<float>(base::linear_from_srgb((1 - f) * kStations[i][c] + f * kStations[i + 1][c])));
     }
   }
   return picture;

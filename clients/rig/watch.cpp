@@ -110,10 +110,9 @@ class Watch {
     list.mutable_list_jobs();
     reply = ask(client, list);
     if (!reply) return base::pass(reply);
-    update();
     bool idle = true;
     for (const auto& job : reply->jobs().jobs()) {
-      if (job.state() == protocol::ACTIVE || job.state() == protocol::SUSPENDED) show(job);
+      if (job.state() == protocol::ACTIVE || job.state() == protocol::SUSPENDED) take_up(job);
       if (goes_on(job)) {
         idle = false;
         followed_.insert(job.job());
@@ -123,6 +122,7 @@ class Watch {
         failed_ = fmt::format("job {} '{}': {}", job.job(), job.name(), job.reason());
       }
     }
+    update();
     return idle && options_.until_idle ? Next::end : Next::go_on;
   }
 
@@ -187,12 +187,16 @@ class Watch {
            job.state() == protocol::HELD || job.state() == protocol::SUSPENDED;
   }
 
-  void show(const protocol::JobInfo& job) {
+  void take_up(const protocol::JobInfo& job) {
     if (job_.job() != job.job()) {
       start_ = Steady::now();
       done_at_start_ = job.done();
     }
     job_ = job;
+  }
+
+  void show(const protocol::JobInfo& job) {
+    take_up(job);
     update();
   }
 

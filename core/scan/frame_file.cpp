@@ -176,13 +176,15 @@ Result<std::vector<std::byte>> encode_frame(const FrameFacts& facts, int width, 
 }
 
 Result<Frame> read_frame(const std::filesystem::path& path) {
-  const std::string where = path.string();
-  auto content = base::read_file(path);
+  const auto content = base::read_file(path);
   if (!content) return base::pass(content);
-  if (content->empty()) return fail(ErrorCode::damaged, "is empty", where);
+  return decode_frame(std::as_bytes(std::span(*content)), path.string());
+}
+
+Result<Frame> decode_frame(std::span<const std::byte> bytes, const std::string& where) {
+  if (bytes.empty()) return fail(ErrorCode::damaged, "is empty", where);
   Memory memory;
-  memory.bytes.resize(content->size());
-  std::memcpy(memory.bytes.data(), content->data(), content->size());
+  memory.bytes.assign(bytes.begin(), bytes.end());
   const auto tiff = open_memory(memory, "r");
   if (!tiff) return fail(ErrorCode::damaged, "is no readable TIFF file", where);
   std::uint32_t width = 0;

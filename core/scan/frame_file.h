@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,5 +35,7 @@ struct Frame {
                                                                 int height, const std::uint16_t* pixels);
 /// Reads a frame back; damage, a foreign TIFF and a newer version are errors that say so.
 [[nodiscard]] base::Result<Frame> read_frame(const std::filesystem::path& path);
+/// The same from the bytes of a file; `where` stands for it in messages.
+[[nodiscard]] base::Result<Frame> decode_frame(std::span<const std::byte> bytes, const std::string& where);
 
 }  // namespace rig::scan

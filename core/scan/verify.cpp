@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/base/interrupt.h"
 #include "core/scan/scan_directory.h"
@@ -23,15 +24,17 @@ constexpr const char* kRetake = "the pose has to be taken again";
 Result<Frame> read_recorded_frame(const fs::path& scan, std::int64_t row, const FrameRecord& record) {
   const fs::path path = scan / record.file;
   if (!fs::exists(path)) return fail(ErrorCode::not_found, "is missing", record.file, kRetake);
-  const auto hash = base::sha256_of_file(path);
-  if (!hash) return pass(hash);
-  if (*hash != record.sha256) {
+  const auto content = base::read_file(path);
+  if (!content) return pass(content);
+  const auto bytes = std::as_bytes(std::span(*content));
+  const std::string hash = base::sha256_hex(bytes);
+  if (hash != record.sha256) {
     return fail(
         ErrorCode::damaged,
-        fmt::format("its content changed since it was taken: SHA-256 {} instead of {}", *hash, record.sha256),
+        fmt::format("its content changed since it was taken: SHA-256 {} instead of {}", hash, record.sha256),
         record.file, kRetake);
   }
-  auto frame = read_frame(path);
+  auto frame = decode_frame(bytes, path.string());
   if (!frame) return frame;
   const FrameFacts& facts = frame->facts;
   if (facts.row != row || facts.index != record.index) {

@@ -165,8 +165,12 @@ class Keeper {
       if (!state) return base::pass(state);
       if (!*state) return false;
       if (**state == protocol::COMPLETE) return true;
-      if (**state != protocol::ACTIVE && **state != protocol::QUEUED) {
-        problem("the job ended otherwise than complete");
+      if (**state == protocol::HELD) {
+        protocol::Request release;
+        release.mutable_release_job()->set_job(1);
+        if (auto released = rig.ask(release); !released) return base::pass(released);
+      } else if (**state != protocol::ACTIVE && **state != protocol::QUEUED && **state != protocol::SUSPENDED) {
+        problem(fmt::format("the job ended otherwise than complete: {}", protocol::JobState_Name(**state)));
         return true;
       }
       // A batch of events, then a look whether it is over.
