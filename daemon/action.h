@@ -52,6 +52,7 @@ struct ReadLines {};
 struct CreateJob {
   Asker asker;
   protocol::SubmitJob submit;
+  double bytes_needed = 0;  ///< with the margin
 };
 struct OpenJob {
   std::uint64_t id;
@@ -64,6 +65,25 @@ struct SaveOrder {
   std::vector<std::uint64_t> jobs;  ///< all of them, as they stand in the queue
 };
 struct PollDisk {};
+struct KeepEvent {
+  scan::EventRecord event;
+  std::uint64_t job = 0;  ///< in whose journal, if it is open; 0: with rigd's own state
+};
+struct CheckSpace {  ///< the storage adds what the disk says, and answers
+  Asker asker;
+  protocol::Preflight preflight;
+  std::string scan_folder;
+  double margin_bytes;
+};
+struct SendReport {
+  Asker asker;
+  protocol::JobInfo job;
+};
+struct TellOfJob {  ///< the report goes into the scan folder (where the job has ended) and to [notify]
+  protocol::JobInfo job;
+  std::string occasion;  ///< "suspended", "held", "complete", "aborted", "failed"
+  bool ended;
+};
 struct StoreFrame {
   FrameSlot slot;
   PoseTake pose;
@@ -80,6 +100,7 @@ struct RecordFailure {
   std::int64_t row;
   std::string reason;
   bool abandon;
+  std::vector<scan::EventRecord> events;
 };
 struct SaveStop {
   std::string reason;  ///< empty: cleared
@@ -127,7 +148,7 @@ using Action =
                  AbortCamera, SetLightLevel, SetShutter, PollLight, ReadLines, CreateJob, OpenJob, SaveJob,
                  StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, ReleaseFrame, SendReply,
                  ReplyWithFrame, SubscribeClient, UnsubscribeClient, Publish, PublishPreview, ProbeCamera,
-                 SaveOrder, PollDisk, SaveLease>;
+                 SaveOrder, PollDisk, SaveLease, KeepEvent, CheckSpace, SendReport, TellOfJob>;
 using Actions = std::vector<Action>;
 
 }  // namespace rig::daemon

@@ -212,6 +212,7 @@ void watch_conditions(const Setup& setup, State& state, Actions& actions) {
   }
   const std::uint64_t job = active->id;
   bool changed = false;
+  std::string tell;
   for (const Rule& rule : kRules) {
     active = active_job(state);
     if (active == nullptr || active->id != job) return;  // a limit ended it
@@ -225,6 +226,8 @@ void watch_conditions(const Setup& setup, State& state, Actions& actions) {
           leave(state, actions, rule, job);
         } else {
           enter(setup, state, actions, rule, job, signal.reason);
+          // An operator who holds a job knows of it.
+          if (rule.condition != Condition::held) tell = "suspended";
         }
         changed = true;
       }
@@ -234,13 +237,17 @@ void watch_conditions(const Setup& setup, State& state, Actions& actions) {
     if (rule.limited && track.on && !track.limit_passed &&
         state.now - track.since >= seconds(setup.rig.unattended.suspend.limit_s)) {
       pass_limit(setup, state, actions, rule, job);
+      tell = "held";
     }
   }
   if (state.job) {
     state.job->suspended = any_on(state);
     if (!state.job->suspended) state.job->resting = false;
   }
-  if (changed) publish_job(state, actions, *active_job(state));
+  if (!changed) return;
+  active = active_job(state);
+  publish_job(state, actions, *active);
+  if (!tell.empty()) actions.push_back(TellOfJob{make_job_info(state, *active), tell, false});
 }
 
 std::string_view condition_name(Condition condition) {

@@ -61,7 +61,7 @@ void fail_take(State& state, Actions& actions, const PoseTake& take, const std::
   const machine::RetryConfig& retry = job.config->retry;
   const bool abandon = take.attempt >= retry.attempts;
   actions.push_back(DiscardBracket{take.row});
-  actions.push_back(RecordFailure{take.row, reason, abandon});
+  actions.push_back(RecordFailure{take.row, reason, abandon, take.events});
   protocol::Event event;
   auto& failed = *event.mutable_pose_failed();
   failed.set_job(job.id);
@@ -163,7 +163,7 @@ void commit_when_stored(const Setup& setup, State& state, Actions& actions) {
   if (!std::all_of(take.frames.begin(), take.frames.end(), stored)) return;
   take.committing = true;
   take.short_share = shortfall(setup, state.job->config->exposure, take);
-  actions.push_back(CommitPose{take, {}});
+  actions.push_back(CommitPose{take, take.events});
 }
 
 // What an operator does meanwhile goes on.
@@ -361,6 +361,7 @@ void give_back(State& state, Actions& actions) {
     const PoseTake& given = **take;
     if (given.committing) continue;
     actions.push_back(DiscardBracket{given.row});
+    keep_events(given, actions);
     job.rows.push_front({given.row, given.target_rad, scan::RowState::pending, given.attempt - 1, {}});
     take->reset();
   }
@@ -374,7 +375,9 @@ void end_job(const Setup& setup, State& state, Actions& actions, std::uint64_t i
   entry->reason = reason;
   if (state.job && state.job->id == id) {
     for (const auto& take : {state.job->current, state.job->storing}) {
-      if (take && !take->committing) actions.push_back(DiscardBracket{take->row});
+      if (!take || take->committing) continue;
+      actions.push_back(DiscardBracket{take->row});
+      keep_events(*take, actions);
     }
     stop_own_work(state, actions);
     if (setup.light.has_shutter) actions.push_back(SetShutter{false});
@@ -382,6 +385,10 @@ void end_job(const Setup& setup, State& state, Actions& actions, std::uint64_t i
     state.parking = how == JobEntry::State::aborted && setup.rig.unattended.park_rad.has_value();
   }
   publish_job(state, actions, *entry);
+  const std::string_view occasion = how == JobEntry::State::complete  ? "complete"
+                                    : how == JobEntry::State::aborted ? "aborted"
+                                                                      : "failed";
+  actions.push_back(TellOfJob{make_job_info(state, *entry), std::string(occasion), true});
 }
 
 }  // namespace rig::daemon

@@ -179,10 +179,10 @@ void Loop::catch_up(const SubscribeClient& action) {
     for (const protocol::Event& event : recent_) {
       if (key(event) > std::pair(action.epoch, action.after)) *missed.add_missed() = event;
     }
-    // Events of earlier epochs are gone with the process that made them, but for what the journal keeps.
-    const bool continuous =
-        action.epoch == state_.epoch && (recent_.empty() || recent_.front().number() <= action.after + 1);
-    missed.set_truncated(!continuous);
+    const bool reaches_back = recent_.empty()
+                                  ? action.epoch == state_.epoch
+                                  : key(recent_.front()) <= std::pair(action.epoch, action.after + 1);
+    missed.set_truncated(!reaches_back);
   }
   server_->subscribe(action.asker.client, action.previews);
   server_->reply(action.asker.client, reply);

@@ -28,6 +28,8 @@ class Loop {
   void post(What what);
   /// Both before run(); they must outlive it.
   void attach(Storage& storage, protocol::Server& server);
+  /// What earlier epochs told, in order: for clients that catch up across a restart. Before run().
+  void remember(std::deque<protocol::Event> events) { recent_ = std::move(events); }
 
   /// Until EndRequested was handled.
   void run();

@@ -41,6 +41,27 @@ protocol::JobState translate(const State& state, const JobEntry& job, bool at_wo
   return protocol::JOB_STATE_UNSPECIFIED;
 }
 
+// The pose in flight that an event is about.
+PoseTake* take_of(State& state, const protocol::Event& event) {
+  std::int64_t row = -1;
+  if (event.has_pose_started()) row = event.pose_started().row();
+  if (event.has_pose_arrived()) row = event.pose_arrived().row();
+  if (event.has_frame_taken()) row = event.frame_taken().row();
+  if (row < 0 || !state.job) return nullptr;
+  for (auto* take : {&state.job->current, &state.job->storing}) {
+    if (*take && (*take)->row == row) return &**take;
+  }
+  return nullptr;
+}
+
+// What the report tells stays with the scan.
+std::uint64_t journal_of(const protocol::Event& event) {
+  if (event.has_pose_failed()) return event.pose_failed().job();
+  if (event.has_job_suspended()) return event.job_suspended().job();
+  if (event.has_job_released()) return event.job_released().job();
+  return 0;
+}
+
 }  // namespace
 
 protocol::Reply make_reply(std::uint64_t id, protocol::Outcome outcome, const std::string& reason) {
@@ -142,7 +163,17 @@ void publish(State& state, Actions& actions, protocol::Event event) {
   event.set_epoch(state.epoch);
   event.set_number(++state.last_event);
   event.set_time_us(microseconds(state.now));
+  scan::EventRecord record{state.epoch, state.last_event, state.now, event.SerializeAsString()};
+  if (PoseTake* take = take_of(state, event)) {
+    take->events.push_back(std::move(record));
+  } else {
+    actions.push_back(KeepEvent{std::move(record), journal_of(event)});
+  }
   actions.push_back(Publish{std::move(event)});
+}
+
+void keep_events(const PoseTake& take, Actions& actions) {
+  for (const scan::EventRecord& event : take.events) actions.push_back(KeepEvent{event, 0});
 }
 
 void publish_job(State& state, Actions& actions, const JobEntry& job) {

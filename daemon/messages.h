@@ -16,7 +16,11 @@ namespace rig::daemon {
 [[nodiscard]] protocol::LightStatus make_light_status(const drivers::LightState& light);
 [[nodiscard]] protocol::Mode mode_of(const State& state);
 
-/// Numbers an event, stamps it and adds its publication.
+/// Keeps the events of a take that will not be committed: they were told.
+void keep_events(const PoseTake& take, Actions& actions);
+
+/// Numbers an event, stamps it and adds its publication. An event of the pose in flight waits there for the
+/// pose's commit; every other one is kept at once.
 void publish(State& state, Actions& actions, protocol::Event event);
 /// JobChanged, and the job's line in rigd's own state.
 void publish_job(State& state, Actions& actions, const JobEntry& job);

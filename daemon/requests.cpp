@@ -1,12 +1,14 @@
 #include "daemon/requests.h"
 
 #include <algorithm>
+#include <fmt/ranges.h>
 
 #include "core/base/units.h"
 #include "daemon/job.h"
 #include "daemon/lease.h"
 #include "daemon/messages.h"
 #include "daemon/motion.h"
+#include "daemon/preflight.h"
 #include "daemon/queue.h"
 #include "daemon/safety.h"
 
@@ -29,6 +31,8 @@ bool needs_operator(const Request& request) {
     case Request::kListJobs:
     case Request::kShowJob:
     case Request::kGetControl:
+    case Request::kCheckJob:
+    case Request::kGetReport:
       return false;
     default:
       return true;
@@ -146,8 +150,28 @@ void submit_job(const Work& w, const protocol::SubmitJob& command) {
   }
   const auto job = machine::parse_job_config(command.job_toml(), command.job_name());
   if (!job) return w.refuse(job.error().text());
-  if (auto ok = machine::check_job(w.setup.rig, *job); !ok) return w.refuse(ok.error().text());
-  w.actions.push_back(CreateJob{w.asker, command});
+  const auto flight = preflight(w.setup, w.state, *job);
+  if (!flight.problems().empty()) {
+    return w.refuse(fmt::format("{}", fmt::join(flight.problems().begin(), flight.problems().end(), "; ")));
+  }
+  const double margin = w.setup.rig.unattended.suspend.disk_margin_bytes;
+  w.actions.push_back(CreateJob{w.asker, command, static_cast<double>(flight.bytes_needed()) + margin});
+}
+
+void check_job(const Work& w, const protocol::CheckJob& command) {
+  if (!command.scan_folder().empty() && command.scan_folder()[0] != '/') {
+    return w.refuse("the scan folder must be an absolute path");
+  }
+  const auto job = machine::parse_job_config(command.job_toml(), command.job_name());
+  if (!job) return w.refuse(job.error().text());
+  w.actions.push_back(CheckSpace{w.asker, preflight(w.setup, w.state, *job), command.scan_folder(),
+                                 w.setup.rig.unattended.suspend.disk_margin_bytes});
+}
+
+void get_report(const Work& w, std::uint64_t id) {
+  const JobEntry* job = find_job(w.state, id);
+  if (job == nullptr) return w.refuse(fmt::format("there is no job {}", id));
+  w.actions.push_back(SendReport{w.asker, make_job_info(w.state, *job)});
 }
 
 // Of what is done or refused at once.
@@ -238,6 +262,10 @@ void on_request(const Setup& setup, State& state, Actions& actions, const Reques
     case Request::kReorderJob:
       return answer_with(
           w, reorder_job(state, actions, request.reorder_job().job(), request.reorder_job().before()));
+    case Request::kCheckJob:
+      return check_job(w, request.check_job());
+    case Request::kGetReport:
+      return get_report(w, request.get_report().job());
     default:
       return w.refuse("the request has no command that is known here");
   }

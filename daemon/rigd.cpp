@@ -1,7 +1,10 @@
 #include "daemon/rigd.h"
 
+#include <algorithm>
 #include <csignal>
+#include <deque>
 #include <fcntl.h>
+#include <map>
 #include <optional>
 #include <sys/file.h>
 #include <thread>
@@ -10,7 +13,9 @@
 #include "core/base/files.h"
 #include "core/base/log.h"
 #include "daemon/access.h"
+#include "core/scan/scan_directory.h"
 #include "daemon/loop.h"
+#include "daemon/notifier.h"
 
 namespace rig::daemon {
 
@@ -103,6 +108,44 @@ Result<State> remembered_state(StateDb& db) {
   return state;
 }
 
+constexpr std::size_t kRememberedEvents = 20000;
+constexpr std::size_t kRememberedScans = 3;
+
+// The last events of earlier epochs: those of poses from the journals of the latest scans, the rest from
+// rigd's own state. What cannot be read is missed by late joiners alone.
+std::deque<protocol::Event> remembered_events(StateDb& db, const std::vector<JobEntry>& jobs) {
+  std::map<std::pair<std::uint64_t, std::uint64_t>, protocol::Event> sorted;
+  const auto take = [&sorted](const Result<std::vector<scan::EventRecord>>& records) {
+    if (!records) return base::log_warning("earlier events: {}", records.error().text());
+    for (const scan::EventRecord& record : *records) {
+      protocol::Event event;
+      if (event.ParseFromString(record.payload)) sorted[{record.epoch, record.number}] = std::move(event);
+    }
+  };
+  take(db.last_events(kRememberedEvents));
+  std::vector<const JobEntry*> latest;
+  for (const JobEntry& job : jobs) {
+    if (job.state != JobEntry::State::queued) latest.push_back(&job);
+  }
+  std::sort(latest.begin(), latest.end(), [](const auto* a, const auto* b) { return a->id > b->id; });
+  if (latest.size() > kRememberedScans) latest.resize(kRememberedScans);
+  for (const JobEntry* job : latest) {
+    std::error_code error;
+    const auto path = scan::journal_path(job->scan_folder);
+    if (!fs::exists(path, error)) continue;
+    auto journal = scan::Journal::open_read_only(path);
+    if (!journal) {
+      base::log_warning("earlier events: {}", journal.error().text());
+      continue;
+    }
+    take(journal->events_after(0, 0, kRememberedEvents));
+  }
+  std::deque<protocol::Event> events;
+  for (auto& [key, event] : sorted) events.push_back(std::move(event));
+  while (events.size() > kRememberedEvents) events.pop_front();
+  return events;
+}
+
 }  // namespace
 
 Result<void> check(const Options& options) {
@@ -137,7 +180,9 @@ Result<void> run(const Options& options) {
               kVersion};
   const std::string name = setup.rig.name;
   protocol::ServerOptions listening = server_options(options, setup.rig.access);
+  Notifier notifier(setup.rig.unattended.notify);
   const machine::CameraConfig camera = setup.rig.camera;
+  auto earlier = remembered_events(*db, state->jobs);
   FramePool pool(kFrameSlots, static_cast<std::size_t>(camera.intrinsics.width) *
                                   static_cast<std::size_t>(camera.intrinsics.height));
   Loop loop(*clock, std::move(setup), std::move(*state), **devices, pool);
@@ -153,7 +198,11 @@ Result<void> run(const Options& options) {
         [&server](const Action& answer) {
           const auto& reply = std::get<SendReply>(answer);
           (*server)->reply(reply.client, reply.reply);
+        },
+        [&notifier](std::string occasion, std::string report) {
+          notifier.tell(std::move(occasion), std::move(report));
         });
+    loop.remember(std::move(earlier));
     loop.attach(storage, **server);
     const SignalThread signals(loop);
     if (!(*server)->network_endpoint().empty())

@@ -88,7 +88,9 @@ void stop_everything(const Setup& setup, State& state, Actions& actions, const s
     // A pose that was complete and on its way to the journal stays there; the rest is taken again after the
     // stop.
     for (const auto& take : {state.job->current, state.job->storing}) {
-      if (take && !take->committing) actions.push_back(DiscardBracket{take->row});
+      if (!take || take->committing) continue;
+      actions.push_back(DiscardBracket{take->row});
+      keep_events(*take, actions);
     }
     state.job.reset();
   }

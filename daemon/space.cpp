@@ -16,6 +16,15 @@ int most_frames(const machine::ExposureConfig& exposure) {
                                                                : exposure.most_frames;
 }
 
+double bracket_s(const Setup& setup, const machine::ExposureConfig& exposure) {
+  double sum = 0;
+  for (const double s : exposure.exposures_s) sum += s;
+  if (exposure.strategy == machine::ExposureStrategy::halve) {
+    for (int i = 0; i < exposure.most_frames; ++i) sum += exposure.longest_s / static_cast<double>(1ULL << i);
+  }
+  return sum + (most_frames(exposure) - 1) * setup.camera.readout_s;
+}
+
 double bytes_of_pose(const Setup& setup, const machine::JobConfig& job) {
   const auto& size = setup.rig.camera.intrinsics;
   const double frame = kBytesPerSample * static_cast<double>(size.width) * static_cast<double>(size.height) +

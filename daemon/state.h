@@ -83,6 +83,7 @@ struct PoseTake {
   std::size_t triggered = 0;
   bool complete = false;  ///< no further exposure follows
   bool committing = false;
+  std::vector<scan::EventRecord> events;  ///< told of this take so far; they go into the journal with it
 };
 
 /// The exposure that the camera is making or reading out.

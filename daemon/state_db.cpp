@@ -17,6 +17,8 @@ CREATE TABLE IF NOT EXISTS jobs(id INTEGER PRIMARY KEY, name TEXT NOT NULL, samp
   retries INTEGER NOT NULL, reason TEXT NOT NULL) STRICT;
 CREATE TABLE IF NOT EXISTS queue(job INTEGER PRIMARY KEY, place INTEGER NOT NULL, hold TEXT NOT NULL,
   needs_sample_change INTEGER NOT NULL) STRICT;
+CREATE TABLE IF NOT EXISTS events(epoch INTEGER NOT NULL, number INTEGER NOT NULL, time_ns INTEGER NOT NULL,
+  payload BLOB NOT NULL, PRIMARY KEY(epoch, number)) STRICT;
 CREATE TABLE IF NOT EXISTS facts(key TEXT PRIMARY KEY, value TEXT NOT NULL) STRICT;
 )sql";
 
@@ -115,6 +117,39 @@ Result<void> StateDb::save_order(const std::vector<std::uint64_t>& jobs) {
     }
     return {};
   });
+}
+
+Result<void> StateDb::add_event(const scan::EventRecord& event) {
+  if (auto eased = database_.execute("PRAGMA synchronous = NORMAL"); !eased) return eased;
+  const auto write = [&]() -> Result<void> {
+    auto insert = database_.prepare("INSERT OR REPLACE INTO events VALUES(?, ?, ?, ?)");
+    if (!insert) return pass(insert);
+    insert->bind(1, static_cast<std::int64_t>(event.epoch)).bind(2, static_cast<std::int64_t>(event.number));
+    insert->bind(3, event.time.time_since_epoch().count()).bind_blob(4, event.payload);
+    return insert->run();
+  };
+  const auto done = write();
+  if (auto strict = database_.execute("PRAGMA synchronous = FULL"); !strict) return strict;
+  return done;
+}
+
+Result<std::vector<scan::EventRecord>> StateDb::last_events(std::size_t most) {
+  auto trim = database_.prepare(
+      "DELETE FROM events WHERE (epoch, number) <= (SELECT epoch, number FROM events "
+      "ORDER BY epoch DESC, number DESC LIMIT 1 OFFSET ?)");
+  if (!trim) return pass(trim);
+  if (auto done = trim->bind(1, static_cast<std::int64_t>(most)).run(); !done) return pass(done);
+  auto query = database_.prepare("SELECT epoch, number, time_ns, payload FROM events ORDER BY epoch, number");
+  if (!query) return pass(query);
+  std::vector<scan::EventRecord> events;
+  while (true) {
+    auto row = query->step();
+    if (!row) return pass(row);
+    if (!*row) return events;
+    events.push_back({static_cast<std::uint64_t>(query->integer(0)),
+                      static_cast<std::uint64_t>(query->integer(1)),
+                      base::Time(base::Duration(query->integer(2))), query->text(3)});
+  }
 }
 
 Result<std::string> StateDb::fact(const char* key) const {

@@ -24,6 +24,11 @@ class StateDb {
   [[nodiscard]] base::Result<void> save_job(const JobEntry& job);
   /// The queue's order: every job's number.
   [[nodiscard]] base::Result<void> save_order(const std::vector<std::uint64_t>& jobs);
+  /// Events that belong to no pose. They outlive the process at once, a power cut only in a while: none of
+  /// them is needed to go on.
+  [[nodiscard]] base::Result<void> add_event(const scan::EventRecord& event);
+  /// The last ones, as they were told; older ones than that are removed.
+  [[nodiscard]] base::Result<std::vector<scan::EventRecord>> last_events(std::size_t most);
   [[nodiscard]] base::Result<std::string> stopped() const;
   [[nodiscard]] base::Result<void> save_stopped(const std::string& reason);
   /// Who holds control; empty: nobody.

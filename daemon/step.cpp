@@ -140,6 +140,9 @@ struct Handler {
   // The job stays active: once its cause is mended and the stop is cleared, it goes on.
   void operator()(const StorageFailed& event) const {
     if (event.lost_scan != 0) {
+      // Told for every frame that was on its way.
+      const JobEntry* job = find_job(state, event.lost_scan);
+      if (job == nullptr || job->state != JobEntry::State::active) return;
       end_job(setup, state, actions, event.lost_scan, JobEntry::State::failed, event.what);
       return;
     }

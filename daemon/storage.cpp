@@ -2,13 +2,16 @@
 
 #include "core/base/log.h"
 #include "core/scan/scan_directory.h"
+#include "daemon/messages.h"
+#include "daemon/report_files.h"
+#include "protocol/report_text.h"
 
 namespace rig::daemon {
 
 using base::Result;
 
 Storage::Storage(base::Clock& clock, const machine::CameraConfig& camera, std::string rig_toml, StateDb db,
-                 FramePool& pool, Report report, PassOn pass_on)
+                 FramePool& pool, Report report, PassOn pass_on, Tell tell)
     : clock_(clock),
       camera_(camera),
       rig_toml_(std::move(rig_toml)),
@@ -16,6 +19,7 @@ Storage::Storage(base::Clock& clock, const machine::CameraConfig& camera, std::s
       pool_(pool),
       report_(std::move(report)),
       pass_on_(std::move(pass_on)),
+      tell_(std::move(tell)),
       mailbox_(clock) {
   thread_ = std::thread([this, member = base::ClockMember(clock)] { run(); });
 }
@@ -48,6 +52,10 @@ void Storage::carry_out(const Action& action) {
   if (const auto* save = std::get_if<SaveJob>(&action)) return check(db_.save_job(save->entry));
   if (const auto* order = std::get_if<SaveOrder>(&action)) return check(db_.save_order(order->jobs));
   if (std::holds_alternative<PollDisk>(action)) return poll_disk();
+  if (const auto* event = std::get_if<KeepEvent>(&action)) return keep_event(*event);
+  if (const auto* space = std::get_if<CheckSpace>(&action)) return check_space(*space);
+  if (const auto* asked = std::get_if<SendReport>(&action)) return send_report(*asked);
+  if (const auto* job = std::get_if<TellOfJob>(&action)) return tell_of_job(*job);
   if (const auto* stop = std::get_if<SaveStop>(&action)) return check(db_.save_stopped(stop->reason));
   if (const auto* lease = std::get_if<SaveLease>(&action)) return check(db_.save_lease_holder(lease->holder));
   if (const auto* store = std::get_if<StoreFrame>(&action)) return store_frame(*store);
@@ -56,17 +64,109 @@ void Storage::carry_out(const Action& action) {
     return check(scan::discard_bracket(scan_, discard->row));
   }
   if (const auto* failure = std::get_if<RecordFailure>(&action)) {
-    if (journal_) check(journal_->record_failure(failure->row, failure->reason, failure->abandon, {}));
+    if (journal_)
+      check(journal_->record_failure(failure->row, failure->reason, failure->abandon, failure->events));
     return;
   }
   if (std::holds_alternative<SendReply>(action)) return pass_on_(action);
   base::log_error("an action came to the storage that does not belong there");
 }
 
+namespace {
+
+// Where the folder will be: the nearest one above it that exists.
+std::filesystem::path existing_above(std::filesystem::path folder) {
+  std::error_code error;
+  while (folder.has_relative_path() && !std::filesystem::exists(folder, error)) folder = folder.parent_path();
+  return folder;
+}
+
+Result<double> free_bytes_at(const std::filesystem::path& folder) {
+  std::error_code error;
+  const auto space = std::filesystem::space(existing_above(folder), error);
+  if (error) return base::fail(base::ErrorCode::io, error.message(), folder.string());
+  return static_cast<double>(space.available);
+}
+
+Result<void> room_for(const std::filesystem::path& folder, double bytes_needed) {
+  const auto free = free_bytes_at(folder);
+  if (!free) return base::pass(free);
+  if (*free >= bytes_needed) return {};
+  return base::fail(base::ErrorCode::refused,
+                    fmt::format("has {:.1f} MB free; the job and [suspend] disk_margin_mb need {:.1f} MB",
+                                *free * 1e-6, bytes_needed * 1e-6),
+                    folder.string(), "scan to another disk, or make room");
+}
+
+}  // namespace
+
+// An event that cannot be kept costs a late joiner something, not the scan.
+void Storage::keep_event(const KeepEvent& action) {
+  std::error_code error;
+  const bool in_journal = action.job != 0 && action.job == job_ && journal_ &&
+                          std::filesystem::exists(scan::journal_path(scan_), error);
+  const auto kept = in_journal ? journal_->add_events({action.event}) : db_.add_event(action.event);
+  if (!kept) base::log_error("an event is not kept: {}", kept.error().text());
+}
+
+void Storage::check_space(const CheckSpace& action) {
+  protocol::Preflight flight = action.preflight;
+  if (!action.scan_folder.empty()) {
+    const std::filesystem::path folder = action.scan_folder;
+    std::error_code error;
+    if (std::filesystem::exists(folder, error) && !std::filesystem::is_empty(folder, error)) {
+      flight.add_problems(folder.string() + ": exists and is not empty");
+    }
+    if (auto ok = scan::refuse_network_disk(existing_above(folder)); !ok) {
+      flight.add_problems(ok.error().text());
+    }
+    if (const auto free = free_bytes_at(folder); free)
+      flight.set_bytes_free(static_cast<std::uint64_t>(*free));
+    const double need = static_cast<double>(flight.bytes_needed()) + action.margin_bytes;
+    if (auto ok = room_for(folder, need); !ok) flight.add_problems(ok.error().text());
+  }
+  flight.set_ok(flight.problems().empty());
+  auto reply = make_reply(action.asker.id, protocol::DONE);
+  *reply.mutable_preflight() = std::move(flight);
+  pass_on_(daemon::SendReply{action.asker.client, std::move(reply)});
+}
+
+Result<protocol::Report> Storage::report_of(const protocol::JobInfo& job) {
+  constexpr std::size_t kMostEvents = 1000000;
+  auto kept = db_.last_events(kMostEvents);
+  if (!kept) return base::pass(kept);
+  return read_report(job, *kept);
+}
+
+void Storage::send_report(const SendReport& action) {
+  auto report = report_of(action.job);
+  auto reply = make_reply(action.asker.id, report ? protocol::DONE : protocol::FAILED,
+                          report ? std::string() : report.error().text());
+  if (report) *reply.mutable_report() = std::move(*report);
+  pass_on_(daemon::SendReply{action.asker.client, std::move(reply)});
+}
+
+void Storage::tell_of_job(const TellOfJob& action) {
+  auto report = report_of(action.job);
+  if (!report) {
+    // Somebody has to learn of it even where the scan is gone.
+    base::log_error("no report of job {}: {}", action.job.job(), report.error().text());
+    protocol::Report bare;
+    *bare.mutable_job() = action.job;
+    tell_(action.occasion, protocol::report_text(bare));
+    return;
+  }
+  if (action.ended) {
+    if (auto ok = write_report(*report); !ok) base::log_error("report: {}", ok.error().text());
+  }
+  tell_(action.occasion, protocol::report_text(*report));
+}
+
 void Storage::create_job(const CreateJob& action) {
   const auto made = [&]() -> Result<JobEntry> {
     const auto config = machine::parse_job_config(action.submit.job_toml(), action.submit.job_name());
     if (!config) return base::pass(config);
+    if (auto ok = room_for(action.submit.scan_folder(), action.bytes_needed); !ok) return base::pass(ok);
     const auto id = db_.next_job_id();
     if (!id) return base::pass(id);
     if (auto ok = scan::create_scan(action.submit.scan_folder(), rig_toml_, action.submit.job_toml()); !ok) {

@@ -19,18 +19,19 @@ class Storage {
  public:
   using Report = std::function<void(What)>;
   using PassOn = std::function<void(const Action&)>;
+  using Tell = std::function<void(std::string occasion, std::string report)>;
 
   /// `rig_toml` is the text of the file rigd runs on, copied into every scan.
   Storage(base::Clock& clock, const machine::CameraConfig& camera, std::string rig_toml, StateDb db,
-          FramePool& pool, Report report, PassOn pass_on);
+          FramePool& pool, Report report, PassOn pass_on, Tell tell);
   /// Carries out what is queued, then ends.
   ~Storage();
   Storage(const Storage&) = delete;
   Storage& operator=(const Storage&) = delete;
 
-  /// One of CreateJob, OpenJob, SaveJob, SaveOrder, PollDisk, StoreFrame, CommitPose, DiscardBracket,
-  /// RecordFailure, SaveStop, SaveLease, or an answer to be passed on once all that was queued before it is
-  /// on the disk.
+  /// One of CreateJob, OpenJob, SaveJob, SaveOrder, PollDisk, KeepEvent, CheckSpace, SendReport, TellOfJob,
+  /// StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, SaveLease, or an answer to be passed on once all
+  /// that was queued before it is on the disk.
   void queue(Action action);
 
  private:
@@ -41,6 +42,11 @@ class Storage {
   void store_frame(const StoreFrame& action);
   void commit_pose(const CommitPose& action);
   void poll_disk();
+  void keep_event(const KeepEvent& action);
+  void check_space(const CheckSpace& action);
+  void send_report(const SendReport& action);
+  void tell_of_job(const TellOfJob& action);
+  [[nodiscard]] base::Result<protocol::Report> report_of(const protocol::JobInfo& job);
   [[nodiscard]] bool scan_is_there();
   void check(const base::Result<void>& result);
 
@@ -51,6 +57,7 @@ class Storage {
   FramePool& pool_;
   Report report_;
   PassOn pass_on_;
+  Tell tell_;
   std::filesystem::path scan_;
   std::uint64_t job_ = 0;  ///< whose scan is open
   std::optional<scan::Journal> journal_;

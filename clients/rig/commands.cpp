@@ -11,6 +11,7 @@
 #include "core/machine/job_config.h"
 #include "core/scan/verify.h"
 #include "protocol/client.h"
+#include "protocol/report_text.h"
 
 // Last: it defines macros that hide the byte swaps of the system, which Protocol Buffers uses.
 #include <OpenImageIO/filesystem.h>
@@ -176,6 +177,31 @@ Result<void> job_abort(const Connection& to, std::uint64_t job) {
   Request request;
   request.mutable_abort_job()->set_job(job);
   return only_done(ask(to, request, to.wait_s));
+}
+
+Result<void> job_check(const Connection& to, const std::string& job_file, const std::string& scan) {
+  auto text = base::read_file(job_file);
+  if (!text) return pass(text);
+  if (auto job = machine::parse_job_config(*text, job_file); !job) return pass(job);
+  Request request;
+  auto& check = *request.mutable_check_job();
+  check.set_job_toml(*text);
+  check.set_job_name(job_file);
+  if (!scan.empty()) check.set_scan_folder(std::filesystem::absolute(scan).lexically_normal().string());
+  const auto reply = ask(to, request, std::max(to.wait_s, 30.0));
+  if (!reply) return pass(reply);
+  std::printf("%s", describe_preflight(reply->preflight()).c_str());
+  if (reply->preflight().ok()) return {};
+  return fail(ErrorCode::refused, "the rig cannot do this job", job_file, "see the problems above");
+}
+
+Result<void> job_report(const Connection& to, std::uint64_t job) {
+  Request request;
+  request.mutable_get_report()->set_job(job);
+  const auto reply = ask(to, request, std::max(to.wait_s, 30.0));
+  if (!reply) return pass(reply);
+  std::printf("%s", protocol::report_text(reply->report()).c_str());
+  return {};
 }
 
 Result<void> job_hold(const Connection& to, std::uint64_t job, const std::string& reason) {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "core/base/progress.h"
+
 namespace rig::client {
 
 namespace {
@@ -103,6 +105,19 @@ std::string describe_status(const protocol::Status& status) {
   out += "  " + describe_light(status.light()) + "\n";
   if (!status.control().holder().empty()) out += "  controlled by " + status.control().holder() + "\n";
   if (status.has_job()) out += "  " + describe_job(status.job()) + "\n";
+  return out;
+}
+
+std::string describe_preflight(const protocol::Preflight& flight) {
+  std::string out = fmt::format("{} poses, at most {} frames and {:.1f} MB\n", flight.poses(),
+                                flight.frames(), static_cast<double>(flight.bytes_needed()) * 1e-6);
+  out += fmt::format("about {}: travel {}, exposing {}\n", base::format_duration(flight.duration_s()),
+                     base::format_duration(flight.travel_s()), base::format_duration(flight.exposing_s()));
+  if (flight.bytes_free() > 0) {
+    out += fmt::format("{:.1f} MB are free\n", static_cast<double>(flight.bytes_free()) * 1e-6);
+  }
+  out += fmt::format("the lamp will have burnt {:.1f} h\n", flight.lamp_hours());
+  for (const std::string& problem : flight.problems()) out += "problem: " + problem + "\n";
   return out;
 }
 

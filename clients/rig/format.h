@@ -13,6 +13,8 @@ namespace rig::client {
 /// "running a job", "stopped: emergency stop".
 [[nodiscard]] std::string describe_mode(const protocol::Status& status);
 [[nodiscard]] std::string describe_light(const protocol::LightStatus& light);
+/// What a job would take, and its problems; several lines, each with its end.
+[[nodiscard]] std::string describe_preflight(const protocol::Preflight& flight);
 /// Several lines, each with its end.
 [[nodiscard]] std::string describe_status(const protocol::Status& status);
 

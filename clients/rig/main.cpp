@@ -111,6 +111,13 @@ int main(int argc, char** argv) {
   abort->add_option("job", id, "its number")->required();
   abort->callback([&] { chosen = [&] { return job_abort(to, id); }; });
 
+  auto* check = command(*job, "check", "what a job would take, and whether the rig can do it; nothing moves");
+  check->add_option("file", job_file, "job.toml")->required();
+  check->add_option("--scan", scan, "folder to scan into: its disk is looked at too");
+  check->callback([&] { chosen = [&] { return job_check(to, job_file, scan); }; });
+  auto* report = command(*job, "report", "what became of a job, pose by pose, and why");
+  report->add_option("job", id, "its number")->required();
+  report->callback([&] { chosen = [&] { return job_report(to, id); }; });
   std::uint64_t before = 0;
   const auto add_hold = [&](const char* name, const char* help, const char* fallback) {
     auto* hold = command(*job, name, help);

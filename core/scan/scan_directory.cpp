@@ -22,22 +22,6 @@ namespace {
 
 constexpr const char* kPartSuffix = ".part";
 
-// SQLite's locks and flushes do not hold there.
-Result<void> refuse_network_disk(const fs::path& folder) {
-  struct statfs info {};
-  if (::statfs(folder.c_str(), &info) != 0) return {};
-  constexpr unsigned long kCifs = 0xFF534D42;
-  constexpr unsigned long kFuse = 0x65735546;
-  for (const unsigned long magic : {static_cast<unsigned long>(NFS_SUPER_MAGIC), kCifs,
-                                    static_cast<unsigned long>(SMB_SUPER_MAGIC), kFuse, 0x517BUL}) {
-    if (static_cast<unsigned long>(info.f_type) == magic) {
-      return fail(ErrorCode::refused, "lies on a network file system, where a journal is not safe",
-                  folder.string(), "scan to a local disk and copy the finished scan");
-    }
-  }
-  return {};
-}
-
 Result<void> system_result(const std::error_code& error, std::string_view doing, const fs::path& path) {
   if (!error) return {};
   return fail(ErrorCode::io, fmt::format("cannot {}: {}", doing, error.message()), path.string());
@@ -61,6 +45,21 @@ class Undo {
 };
 
 }  // namespace
+
+Result<void> refuse_network_disk(const fs::path& folder) {
+  struct statfs info {};
+  if (::statfs(folder.c_str(), &info) != 0) return {};
+  constexpr unsigned long kCifs = 0xFF534D42;
+  constexpr unsigned long kFuse = 0x65735546;
+  for (const unsigned long magic : {static_cast<unsigned long>(NFS_SUPER_MAGIC), kCifs,
+                                    static_cast<unsigned long>(SMB_SUPER_MAGIC), kFuse, 0x517BUL}) {
+    if (static_cast<unsigned long>(info.f_type) == magic) {
+      return fail(ErrorCode::refused, "lies on a network file system, where a journal is not safe",
+                  folder.string(), "scan to a local disk and copy the finished scan");
+    }
+  }
+  return {};
+}
 
 fs::path journal_path(const fs::path& scan) {
   return scan / "journal.sqlite";

@@ -24,6 +24,9 @@ inline constexpr int kScanFormat = 1;
 /// "00.tif" for index 0.
 [[nodiscard]] std::string frame_name(int index);
 
+/// An Error where a folder is on a network file system: locks and flushes of a journal do not hold there.
+[[nodiscard]] base::Result<void> refuse_network_disk(const std::filesystem::path& folder);
+
 /// Makes a new scan: the folder (which must not exist, or be empty), both files as given, the journal with
 /// the plan of the job. Nothing is left behind where it fails.
 [[nodiscard]] base::Result<void> create_scan(const std::filesystem::path& scan, const std::string& rig_toml,

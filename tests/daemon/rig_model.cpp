@@ -479,6 +479,19 @@ void RigModel::carry_out(const Action& action) {
     replies_.push_back(done);
   } else if (const auto* subscribe = std::get_if<SubscribeClient>(&action)) {
     replied(subscribe->asker.client, subscribe->asker.id);
+  } else if (const auto* space = std::get_if<CheckSpace>(&action)) {
+    replied(space->asker.client, space->asker.id);
+    protocol::Reply done;
+    done.set_id(space->asker.id);
+    done.set_outcome(protocol::DONE);
+    *done.mutable_preflight() = space->preflight;
+    replies_.push_back(done);
+  } else if (const auto* report = std::get_if<SendReport>(&action)) {
+    replied(report->asker.client, report->asker.id);
+    protocol::Reply done;
+    done.set_id(report->asker.id);
+    done.set_outcome(protocol::DONE);
+    replies_.push_back(done);
   } else if (const auto* preview = std::get_if<PublishPreview>(&action)) {
     expect(slots_.count(preview->slot.index) == 1, "a preview of a frame that was released");
   } else {

@@ -72,7 +72,7 @@ std::string axis_name(base::Random& random) {
 
 protocol::Request random_request(base::Random& random, std::size_t jobs) {
   protocol::Request request;
-  switch (random.below(23)) {
+  switch (random.below(25)) {
     case 0:
       request.mutable_get_status();
       break;
@@ -141,6 +141,12 @@ protocol::Request random_request(base::Random& random, std::size_t jobs) {
     case 19:
     case 20:
       request.mutable_release_job()->set_job(random.below(jobs + 2));
+      break;
+    case 22:
+      request.mutable_check_job()->set_job_toml(machine::format_job_config(random_job(random), "a test"));
+      break;
+    case 23:
+      request.mutable_get_report()->set_job(random.below(jobs + 2));
       break;
     case 21:
       request.mutable_reorder_job()->set_job(random.below(jobs + 2));

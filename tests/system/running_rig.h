@@ -38,8 +38,10 @@ class RunningRig {
     ASSERT_TRUE(client.has_value()) << client.error().text();
     client_ = std::make_unique<protocol::Client>(std::move(*client));
     // Answered as soon as rigd listens, with what happened since it started.
+    protocol::Request look;
+    look.mutable_get_status();
     protocol::Request request;
-    request.mutable_subscribe()->set_epoch(1);
+    request.mutable_subscribe()->set_epoch(expect_done(look).status().epoch());
     const protocol::Reply reply = expect_done(request);
     missed_.assign(reply.catch_up().missed().begin(), reply.catch_up().missed().end());
   }

@@ -1,0 +1,88 @@
+#include "daemon/preflight.h"
+
+#include <algorithm>
+
+#include "core/machine/limits.h"
+#include "core/machine/motion.h"
+#include "daemon/space.h"
+
+namespace rig::daemon {
+
+namespace {
+
+constexpr double kSecondsPerHour = 3600;
+
+bool homed(const AxisTrack& axis) {
+  return axis.known && axis.last.homed;
+}
+
+// Where the rig will stand when the job begins: where it stands now, or where homing ends.
+JointAngles start_of(const Setup& setup, const State& state) {
+  JointAngles start{};
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    start[i] = homed(state.axes[i]) ? state.axes[i].last.position_rad : setup.rig.axes[i].home_rad;
+  }
+  return start;
+}
+
+// Jobs that come before this one leave the rig elsewhere.
+bool begins_at_once(const State& state) {
+  return !state.motion && std::none_of(state.jobs.begin(), state.jobs.end(), [](const JobEntry& job) {
+    return job.state == JobEntry::State::active || job.state == JobEntry::State::queued;
+  });
+}
+
+double homing_s(const Setup& setup, const State& state) {
+  double sum = 0;
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    const machine::AxisConfig& axis = setup.rig.axes[i];
+    if (homed(state.axes[i])) continue;
+    sum += machine::travel_time_s(axis.max_rad - axis.min_rad, axis.jog_velocity_rad_s,
+                                  axis.max_acceleration_rad_s2);
+  }
+  return sum;
+}
+
+}  // namespace
+
+protocol::Preflight preflight(const Setup& setup, const State& state, const machine::JobConfig& job) {
+  protocol::Preflight flight;
+  if (auto ok = machine::check_job(setup.rig, job); !ok) flight.add_problems(ok.error().text());
+  const JointAngles start = start_of(setup, state);
+  if (flight.problems().empty() && begins_at_once(state)) {
+    if (auto ok = machine::check_move(setup.rig, start, job.poses.front()); !ok) {
+      flight.add_problems("the way to the first pose: " + ok.error().text());
+    }
+  }
+  const auto poses = static_cast<double>(job.poses.size());
+  const double bracket = bracket_s(setup, job.exposure);
+  const double readout = setup.camera.readout_s;
+  double travel = 0;
+  double between = 0;  // of the brackets of two poses
+  const JointAngles* before = &start;
+  for (const JointAngles& pose : job.poses) {
+    const double change = machine::pose_change_time_s(setup.rig, *before, pose);
+    travel += change;
+    between += setup.camera.overlaps_motion ? std::max(change, readout) : change + readout;
+    before = &pose;
+  }
+  const double warm_up = state.light.warm ? 0 : setup.light.warm_up_s;
+  const double duration = homing_s(setup, state) + warm_up + poses * bracket + between;
+  flight.set_poses(static_cast<std::uint32_t>(job.poses.size()));
+  flight.set_frames(static_cast<std::uint32_t>(poses * most_frames(job.exposure)));
+  flight.set_travel_s(travel);
+  flight.set_exposing_s(poses * (bracket + readout));
+  flight.set_duration_s(duration);
+  flight.set_bytes_needed(static_cast<std::uint64_t>(poses * bytes_of_pose(setup, job)));
+  flight.set_lamp_hours(state.light.hours + duration / kSecondsPerHour);
+  const double life = setup.rig.unattended.lamp_life_hours;
+  if (life > 0 && flight.lamp_hours() > life) {
+    flight.add_problems(fmt::format(
+        "the lamp has burnt {:.1f} hours and would have {:.1f} after the job; [light] life_hours is {:.0f}",
+        state.light.hours, flight.lamp_hours(), life));
+  }
+  flight.set_ok(flight.problems().empty());
+  return flight;
+}
+
+}  // namespace rig::daemon

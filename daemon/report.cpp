@@ -1,0 +1,114 @@
+#include "daemon/report.h"
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+
+namespace rig::daemon {
+
+namespace {
+
+std::int64_t microseconds(base::Time time) {
+  return std::chrono::duration_cast<std::chrono::microseconds>(time.time_since_epoch()).count();
+}
+
+const char* state_word(scan::RowState state) {
+  switch (state) {
+    case scan::RowState::pending:
+      return "pending";
+    case scan::RowState::done:
+      return "done";
+    case scan::RowState::abandoned:
+      return "abandoned";
+  }
+  return "";
+}
+
+double median_between(std::vector<std::int64_t> commits_us) {
+  if (commits_us.size() < 2) return 0;
+  std::sort(commits_us.begin(), commits_us.end());
+  std::vector<std::int64_t> gaps;
+  for (std::size_t i = 1; i < commits_us.size(); ++i) gaps.push_back(commits_us[i] - commits_us[i - 1]);
+  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
+  std::nth_element(gaps.begin(), middle, gaps.end());
+  return static_cast<double>(*middle) * 1e-6;
+}
+
+// In the order in which they were told.
+std::vector<protocol::Event> events_of_job(const std::vector<scan::EventRecord>& records, std::uint64_t job) {
+  std::map<std::pair<std::uint64_t, std::uint64_t>, protocol::Event> sorted;
+  for (const scan::EventRecord& record : records) {
+    protocol::Event event;
+    if (!event.ParseFromString(record.payload)) continue;  // of a newer rigd
+    const bool mine = (event.has_pose_failed() && event.pose_failed().job() == job) ||
+                      (event.has_job_suspended() && event.job_suspended().job() == job) ||
+                      (event.has_job_released() && event.job_released().job() == job);
+    if (mine) sorted[{record.epoch, record.number}] = std::move(event);
+  }
+  std::vector<protocol::Event> events;
+  for (auto& [key, event] : sorted) events.push_back(std::move(event));
+  return events;
+}
+
+void add_suspension_event(protocol::Report& report, const protocol::Event& event) {
+  if (event.has_job_suspended()) {
+    auto& suspension = *report.add_suspensions();
+    suspension.set_condition(event.job_suspended().condition());
+    suspension.set_reason(event.job_suspended().reason());
+    suspension.set_since_us(event.time_us());
+    return;
+  }
+  auto& all = *report.mutable_suspensions();
+  const auto open = std::find_if(all.rbegin(), all.rend(), [&](const protocol::SuspensionReport& s) {
+    return s.condition() == event.job_released().condition() && s.suspended_s() == 0;
+  });
+  if (open != all.rend()) open->set_suspended_s(event.job_released().suspended_s());
+  report.set_suspended_s(report.suspended_s() + event.job_released().suspended_s());
+}
+
+}  // namespace
+
+protocol::Report make_report(const protocol::JobInfo& job, const std::vector<scan::PlanRow>& plan,
+                             const std::vector<scan::PoseRecord>& poses,
+                             const std::vector<scan::EventRecord>& events) {
+  protocol::Report report;
+  *report.mutable_job() = job;
+  std::map<std::int64_t, protocol::PoseReport*> by_row;
+  for (const scan::PlanRow& row : plan) {
+    auto& pose = *report.add_poses();
+    pose.set_row(row.row);
+    pose.set_state(state_word(row.state));
+    pose.set_failures(static_cast<std::uint32_t>(row.attempts));
+    by_row[row.row] = &pose;
+  }
+  for (const protocol::Event& event : events_of_job(events, job.job())) {
+    if (!event.has_pose_failed()) {
+      add_suspension_event(report, event);
+      continue;
+    }
+    const auto found = by_row.find(event.pose_failed().row());
+    if (found != by_row.end()) found->second->add_reasons(event.pose_failed().reason());
+  }
+  // The journal's own last reason, where the event is lost.
+  for (const scan::PlanRow& row : plan) {
+    auto& pose = *by_row[row.row];
+    if (pose.reasons().empty() && !row.reason.empty()) pose.add_reasons(row.reason);
+  }
+  std::vector<std::int64_t> commits;
+  for (const scan::PoseRecord& record : poses) {
+    const auto found = by_row.find(record.row);
+    if (found == by_row.end()) continue;
+    found->second->set_arrived_us(microseconds(record.arrived));
+    found->second->set_committed_us(microseconds(record.committed));
+    found->second->set_frames(static_cast<std::uint32_t>(record.frames.size()));
+    report.set_frames(report.frames() + static_cast<std::uint32_t>(record.frames.size()));
+    commits.push_back(microseconds(record.committed));
+    const std::int64_t arrived = microseconds(record.arrived);
+    if (report.begun_us() == 0 || arrived < report.begun_us()) report.set_begun_us(arrived);
+    report.set_ended_us(std::max(report.ended_us(), commits.back()));
+  }
+  report.set_seconds_per_pose(median_between(std::move(commits)));
+  return report;
+}
+
+}  // namespace rig::daemon
