@@ -2,6 +2,7 @@
 // server.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -82,6 +83,10 @@ struct ReleaseFrame {
   FrameSlot slot;
 };
 
+struct AskStorage {  ///< the storage thread answers when its turn has come
+  std::function<void()> answer;
+};
+
 struct SendReply {
   protocol::ClientId client;
   protocol::Reply reply;
@@ -93,6 +98,10 @@ struct ReplyWithFrame {  ///< the loop adds the pixels of the slot and releases 
   double saturated_share;
   bool full;
 };
+struct ReplyWithMetrics {  ///< the loop adds the numbers
+  Asker asker;
+};
+struct LogStatistics {};  ///< the same numbers as one line of the log
 struct SubscribeClient {
   Asker asker;
   std::uint64_t epoch, after;
@@ -117,7 +126,8 @@ using Action =
     std::variant<EnableAxis, HomeAxis, MoveAxis, StopAxis, PollAxis, ArmCamera, TriggerCamera, FetchFrame,
                  AbortCamera, SetLightLevel, SetShutter, PollLight, ReadLines, CreateJob, OpenJob, SaveJob,
                  StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, ReleaseFrame, SendReply,
-                 ReplyWithFrame, SubscribeClient, UnsubscribeClient, Publish, PublishPreview>;
+                 ReplyWithFrame, SubscribeClient, UnsubscribeClient, Publish, PublishPreview, AskStorage,
+                 ReplyWithMetrics, LogStatistics>;
 using Actions = std::vector<Action>;
 
 }  // namespace rig::daemon

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "core/base/clock.h"
+#include "daemon/timings.h"
 
 namespace rig::daemon {
 
@@ -29,9 +30,14 @@ class BusWorker {
   /// dropped: a move that was waiting for its turn must not follow the stop.
   void queue_first(Transaction transaction, Group group = 0);
 
+  /// How many transactions wait, and how long those that were carried out took.
+  [[nodiscard]] std::size_t waiting() const { return mailbox_.size(); }
+  [[nodiscard]] Timings& timings() { return timings_; }
+
  private:
   [[nodiscard]] std::uint64_t dropped_before(Group group);
 
+  Timings timings_;
   std::mutex mutex_;
   std::map<Group, std::uint64_t> drops_;  // how often each group was dropped
   base::Mailbox<Transaction> mailbox_;    // an empty transaction ends the thread

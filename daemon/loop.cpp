@@ -3,8 +3,10 @@
 #include "core/base/log.h"
 #include "core/machine/kinematics.h"
 #include "daemon/frame_facts.h"
+#include "daemon/log_event.h"
 #include "daemon/messages.h"
 #include "daemon/safety.h"
+#include "daemon/service_manager.h"
 
 namespace rig::daemon {
 
@@ -41,7 +43,8 @@ void Loop::post(What what) {
   mailbox_.push({clock_.now(), std::move(what)});
 }
 
-void Loop::attach(Storage& storage, protocol::Server& server) {
+void Loop::attach(Storage& storage, protocol::Server& server, protocol::FrameDoor& frames) {
+  frames_ = &frames;
   storage_ = &storage;
   server_ = &server;
 }
@@ -49,6 +52,7 @@ void Loop::attach(Storage& storage, protocol::Server& server) {
 void Loop::run() {
   state_.now = clock_.now();
   state_.look_at = state_.now;
+  tell_service_manager();
   if (!state_.stopped.empty()) {
     // The rigd that latched the stop may have died before the devices were told.
     Actions again;
@@ -72,6 +76,7 @@ void Loop::run() {
         carry_out(action);
       }
     }
+    if (const auto* asked = std::get_if<Heartbeat>(&event->what)) asked->answer();
   }
 }
 
@@ -105,11 +110,27 @@ void Loop::fetch(const FetchFrame& action) {
       }
       return;
     }
+    hand_to_local_clients(*slot, **frame);
     const auto outline = machine::sample_outline(setup_.rig, action.angles_rad);
     const double share = saturated_share(setup_.rig.camera, pool_.pixels(*slot),
                                          outline.value_or(std::vector<geometry::Vec2>{}));
     post(FrameFetched{action.exposure, *slot, **frame, share});
   });
+}
+
+void Loop::hand_to_local_clients(FrameSlot slot, const drivers::FrameInfo& info) {
+  const protocol::FrameBuffer& buffer = pool_.buffer(slot);
+  protocol::LocalFrame frame;
+  frame.set_generation(buffer.complete());
+  frame.set_slot(static_cast<std::uint32_t>(slot.index));
+  frame.set_width(static_cast<std::uint32_t>(setup_.camera.width));
+  frame.set_height(static_cast<std::uint32_t>(setup_.camera.height));
+  frame.set_bits(static_cast<std::uint32_t>(setup_.camera.bits));
+  frame.set_bayer(setup_.camera.bayer);
+  frame.set_exposure_us(info.exposure_s * 1e6);
+  frame.set_gain(info.gain);
+  frame.set_counter(info.counter);
+  frames_->publish(frame, buffer);
 }
 
 protocol::Frame Loop::describe(FrameSlot slot, const drivers::FrameInfo& info, double share, bool full) {
@@ -134,6 +155,34 @@ void Loop::publish(const protocol::Event& event) {
   recent_.push_back(event);
   if (recent_.size() > kRecentEvents) recent_.pop_front();
   server_->publish(event);
+  counters_.count(event);
+  tell_service_manager();
+}
+
+void Loop::tell_service_manager() {
+  std::string status = status_line(state_);
+  if (status == status_told_) return;
+  notify_status(status);
+  status_told_ = std::move(status);
+}
+
+protocol::Metrics Loop::metrics() const {
+  return gather_metrics({state_, counters_, devices_, pool_, *storage_, *server_, mailbox_.size(), started_,
+                         setup_.state_folder});
+}
+
+void Loop::reply_with_metrics(const Asker& asker) {
+  protocol::Reply reply = make_reply(asker.id, protocol::DONE);
+  *reply.mutable_metrics() = metrics();
+  server_->reply(asker.client, reply);
+}
+
+void Loop::log_statistics() {
+  const protocol::Metrics now = metrics();
+  base::log_line(base::LogLevel::info, statistics_line(now, last_statistics_), statistics_fields(now));
+  last_statistics_ = now;
+  storage_->timings().forget_worst();
+  for (const auto& [bus, worker] : devices_.workers) worker->timings().forget_worst();
 }
 
 void Loop::catch_up(const SubscribeClient& action) {
@@ -241,14 +290,12 @@ void Loop::carry_out(Action& action) {
             pool_.release(a.slot);
             server_->reply(a.asker.client, reply);
           },
+          [&](const ReplyWithMetrics& a) { reply_with_metrics(a.asker); },
+          [&](const LogStatistics&) { log_statistics(); },
           [&](const SubscribeClient& a) { catch_up(a); },
           [&](const UnsubscribeClient& a) { server_->unsubscribe(a.client); },
           [&](const Publish& a) {
-            if (a.event.has_stop_latched()) base::log_warning("stopped: {}", a.event.stop_latched().reason());
-            if (a.event.has_alarm()) base::log_error("{}", a.event.alarm().text());
-            if (a.event.has_pose_failed()) {
-              base::log_warning("row {}: {}", a.event.pose_failed().row(), a.event.pose_failed().reason());
-            }
+            log_event(a.event);
             publish(a.event);
           },
           [&](const PublishPreview& a) {

@@ -26,6 +26,7 @@ bool needs_operator(const Request& request) {
     case Request::kStop:
     case Request::kListJobs:
     case Request::kShowJob:
+    case Request::kGetMetrics:
       return false;
     default:
       return true;
@@ -216,6 +217,9 @@ void on_request(const Setup& setup, State& state, Actions& actions, const Reques
       return show_job(w, request.show_job().job());
     case Request::kAbortJob:
       return abort_job(w, request.abort_job().job());
+    case Request::kGetMetrics:
+      actions.push_back(ReplyWithMetrics{w.asker});
+      return;
     case Request::COMMAND_NOT_SET:
       return w.refuse("the request has no command that is known here");
   }

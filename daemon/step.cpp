@@ -110,6 +110,9 @@ struct Handler {
     stop_everything(setup, state, actions, "the scan's disk: " + event.what);
   }
 
+  void operator()(const Heartbeat& /*event*/) const {}  // that step() ran is the answer
+  void operator()(const StatisticsDue& /*event*/) const { actions.push_back(LogStatistics{}); }
+
   void operator()(const EndRequested& /*event*/) const {
     if (state.ending) return;
     state.ending = true;

@@ -12,6 +12,7 @@
 #include "daemon/action.h"
 #include "daemon/frame_pool.h"
 #include "daemon/state_db.h"
+#include "daemon/timings.h"
 
 namespace rig::daemon {
 
@@ -28,8 +29,12 @@ class Storage {
   Storage(const Storage&) = delete;
   Storage& operator=(const Storage&) = delete;
 
-  /// One of CreateJob, OpenJob, SaveJob, StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, or
-  /// an answer to be passed on once all that was queued before it is on the disk.
+  /// How many actions wait, and how long the storing of a frame took.
+  [[nodiscard]] std::size_t waiting() const { return mailbox_.size(); }
+  [[nodiscard]] Timings& timings() { return timings_; }
+
+  /// One of CreateJob, OpenJob, SaveJob, StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop,
+  /// AskStorage, or an answer to be passed on once all that was queued before it is on the disk.
   void queue(Action action);
 
  private:
@@ -50,6 +55,7 @@ class Storage {
   PassOn pass_on_;
   std::filesystem::path scan_;
   std::optional<scan::Journal> journal_;
+  Timings timings_;
   base::Mailbox<std::optional<Action>> mailbox_;
   std::thread thread_;
 };

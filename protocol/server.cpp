@@ -82,6 +82,7 @@ struct Server::State {
   std::deque<Outgoing> queue;
   std::atomic<bool> ending{false};
   std::atomic<std::size_t> subscribers_now{0};
+  std::atomic<std::uint64_t> previews_dropped{0};
   std::map<ClientId, Subscriber> subscribers;  // of the socket thread alone
   std::thread thread;
 
@@ -169,6 +170,7 @@ struct Server::State {
           break;
         case Sent::full:
           ++subscriber.previews_dropped;
+          ++previews_dropped;
           break;
         case Sent::gone:
           gone.push_back(client);
@@ -271,6 +273,9 @@ void Server::publish_preview(const Event& event) {
 }
 std::size_t Server::client_count() const {
   return state_->subscribers_now;
+}
+std::uint64_t Server::previews_dropped() const {
+  return state_->previews_dropped;
 }
 
 }  // namespace rig::protocol

@@ -61,6 +61,8 @@ class Server {
   void publish_preview(const Event& event);
 
   [[nodiscard]] std::size_t client_count() const;
+  /// Of all clients since the start.
+  [[nodiscard]] std::uint64_t previews_dropped() const;
 
  private:
   struct State;
