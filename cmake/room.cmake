@@ -48,7 +48,37 @@ function(rig_room)
   endif()
 endfunction()
 
-# rig_program(name [main source]): an executable of the current room.
+# The manual page of a program, from its --help and from what docs/man/<name>.h2m adds to that.
+function(rig_manual name)
+  set(section 1)
+  if(name MATCHES "^rigd")
+    set(section 8)
+  endif()
+  set(page ${CMAKE_BINARY_DIR}/man/${name}.${section})
+  set(more ${CMAKE_SOURCE_DIR}/docs/man/${name}.h2m)
+  set(further)
+  if(EXISTS ${more})
+    set(further --include=${more})
+  else()
+    set(more)
+  endif()
+  set(help --help)
+  if(name STREQUAL rig)
+    set(help --help-all)
+  endif()
+  file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/man)
+  # The folders of modules and programs are not to show in the page.
+  add_custom_command(
+    OUTPUT ${page}
+    COMMAND ${CMAKE_COMMAND} -E env PATH=/usr/bin:/bin ${HELP2MAN} --no-info --no-discard-stderr --section=${section}
+            --help-option=${help} --version-string=${PROJECT_VERSION} --source=rigd ${further} --output=${page}
+            $<TARGET_FILE:${name}>
+    DEPENDS ${name} ${more} VERBATIM)
+  add_custom_target(${name}_manual ALL DEPENDS ${page})
+  install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man${section})
+endfunction()
+
+# rig_program(name [main source]): an executable of the current room, installed with its manual page.
 function(rig_program name)
   set(main main.cpp)
   if(ARGC GREATER 1)
@@ -62,4 +92,6 @@ function(rig_program name)
   rig_room_target(${folder} target)
   add_executable(${name} ${main})
   target_link_libraries(${name} PRIVATE ${target})
+  install(TARGETS ${name} RUNTIME)
+  rig_manual(${name})
 endfunction()

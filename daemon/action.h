@@ -2,6 +2,7 @@
 // server.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -112,6 +113,10 @@ struct ReleaseFrame {
   FrameSlot slot;
 };
 
+struct AskStorage {  ///< the storage thread answers when its turn has come
+  std::function<void()> answer;
+};
+
 struct SendReply {
   protocol::ClientId client;
   protocol::Reply reply;
@@ -123,6 +128,10 @@ struct ReplyWithFrame {  ///< the loop adds the pixels of the slot and releases 
   double saturated_share;
   bool full;
 };
+struct ReplyWithMetrics {  ///< the loop adds the numbers
+  Asker asker;
+};
+struct LogStatistics {};  ///< the same numbers as one line of the log
 struct SubscribeClient {
   Asker asker;
   std::uint64_t epoch, after;
@@ -148,7 +157,8 @@ using Action =
                  AbortCamera, SetLightLevel, SetShutter, PollLight, ReadLines, CreateJob, OpenJob, SaveJob,
                  StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, ReleaseFrame, SendReply,
                  ReplyWithFrame, SubscribeClient, UnsubscribeClient, Publish, PublishPreview, ProbeCamera,
-                 SaveOrder, PollDisk, SaveLease, KeepEvent, CheckSpace, SendReport, TellOfJob>;
+                 SaveOrder, PollDisk, SaveLease, KeepEvent, CheckSpace, SendReport, TellOfJob, AskStorage,
+                 ReplyWithMetrics, LogStatistics>;
 using Actions = std::vector<Action>;
 
 }  // namespace rig::daemon

@@ -10,6 +10,7 @@ BusWorker::BusWorker(base::Clock& clock) : clock_(clock), mailbox_(clock) {
       const auto transaction = mailbox_.pop();
       if (!transaction) continue;
       if (!*transaction) return;
+      const Timings::Measure measure(timings_);
       (*transaction)();
     }
   });

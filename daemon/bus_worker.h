@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "core/base/clock.h"
+#include "daemon/timings.h"
 
 namespace rig::daemon {
 
@@ -42,6 +43,10 @@ class BusWorker {
   /// is still in flight or after it has returned.
   [[nodiscard]] std::optional<std::string> overdue();
 
+  /// How many transactions wait, and how long those that were carried out took.
+  [[nodiscard]] std::size_t waiting() const { return mailbox_.size(); }
+  [[nodiscard]] Timings& timings() { return timings_; }
+
  private:
   struct InFlight {
     Deadline deadline;
@@ -55,6 +60,7 @@ class BusWorker {
   void note_if_late();
 
   base::Clock& clock_;
+  Timings timings_;
   std::mutex mutex_;
   std::optional<InFlight> in_flight_;
   std::deque<std::string> late_;

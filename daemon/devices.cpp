@@ -91,20 +91,25 @@ Result<void> check_modules(const machine::RigConfig& rig) {
   return {};
 }
 
+Result<std::vector<Device>> open_module(const machine::ModuleConfig& module, base::Clock& clock,
+                                        const fs::path& state_folder) {
+  const auto entry = drivers::load_module(module.file, drivers::module_search_path());
+  if (!entry) return pass(entry);
+  const fs::path folder = state_folder / module.name;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error)
+    return fail(ErrorCode::io, fmt::format("cannot make the folder: {}", error.message()), folder.string());
+  return (*entry)->open({module.name, module.settings, folder, clock, &log_from_module});
+}
+
 Result<std::unique_ptr<OpenDevices>> open_devices(const machine::RigConfig& rig, base::Clock& clock,
                                                   const fs::path& state_folder) {
   if (auto ok = check_modules(rig); !ok) return pass(ok);
   auto open = std::make_unique<OpenDevices>();
   std::vector<Opened> modules;
   for (const auto& module : rig.modules) {
-    const auto entry = drivers::load_module(module.file, drivers::module_search_path());
-    if (!entry) return pass(entry);
-    const fs::path folder = state_folder / module.name;
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error)
-      return fail(ErrorCode::io, fmt::format("cannot make the folder: {}", error.message()), folder.string());
-    auto devices = (*entry)->open({module.name, module.settings, folder, clock, &log_from_module});
+    auto devices = open_module(module, clock, state_folder);
     if (!devices) return pass(devices);
     const std::size_t first = open->devices.size();
     for (Device& device : *devices) open->devices.push_back(std::move(device));

@@ -38,6 +38,10 @@ struct OpenDevices {
   void finish() { workers.clear(); }
 };
 
+/// Loads one module and opens it; its files are in its own folder below `state_folder`.
+[[nodiscard]] base::Result<std::vector<drivers::Device>> open_module(
+    const machine::ModuleConfig& module, base::Clock& clock, const std::filesystem::path& state_folder);
+
 /// Loads the modules, opens them and finds the devices that rig.toml names. What the hardware cannot do that
 /// rig.toml claims is an error.
 [[nodiscard]] base::Result<std::unique_ptr<OpenDevices>> open_devices(

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <variant>
@@ -86,11 +87,17 @@ struct StorageFailed {
 struct DiskRead {
   double free_bytes = 0;  ///< for rigd, where the open scan is
 };
-struct EndRequested {};  ///< SIGTERM
+/// The watchdog asks whether the loop still decides; the answer is given when step() has seen it.
+struct Heartbeat {
+  std::function<void()> answer;
+};
+struct StatisticsDue {};  ///< once a minute of the wall
+struct EndRequested {};   ///< SIGTERM
 
 using What = std::variant<Tick, RequestReceived, AxisPolled, LightPolled, LinesRead, DeviceFailed,
                           FrameNotReady, FrameFetched, FrameStored, PoseCommitted, JobCreated, JobOpened,
-                          StorageFailed, EndRequested, CameraAnswered, DiskRead, ClientRevoked>;
+                          StorageFailed, EndRequested, CameraAnswered, DiskRead, ClientRevoked, Heartbeat,
+                          StatisticsDue>;
 
 struct Event {
   Time time{};

@@ -1,20 +1,36 @@
 #include "daemon/frame_pool.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace rig::daemon {
 
-FramePool::FramePool(std::size_t slots, std::size_t pixels)
-    : buffers_(slots, std::vector<std::uint16_t>(pixels)), used_(slots, false) {}
+base::Result<std::unique_ptr<FramePool>> FramePool::make(std::size_t slots, std::size_t pixels) {
+  std::vector<protocol::FrameBuffer> buffers;
+  for (std::size_t i = 0; i < slots; ++i) {
+    auto buffer = protocol::FrameBuffer::make(pixels);
+    if (!buffer) return base::pass(buffer);
+    buffers.push_back(std::move(*buffer));
+  }
+  return std::unique_ptr<FramePool>(new FramePool(std::move(buffers)));
+}
 
 std::optional<FrameSlot> FramePool::take() {
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < used_.size(); ++i) {
-    if (used_[i]) continue;
-    used_[i] = true;
-    return FrameSlot{static_cast<int>(i)};
+    const std::size_t slot = (next_ + i) % used_.size();
+    if (used_[slot]) continue;
+    used_[slot] = true;
+    next_ = (slot + 1) % used_.size();
+    buffers_[slot].begin();
+    return FrameSlot{static_cast<int>(slot)};
   }
   return std::nullopt;
+}
+
+std::size_t FramePool::free_slots() const {
+  const std::lock_guard lock(mutex_);
+  return static_cast<std::size_t>(std::count(used_.begin(), used_.end(), false));
 }
 
 void FramePool::release(FrameSlot slot) {
@@ -25,7 +41,11 @@ void FramePool::release(FrameSlot slot) {
   used_[i] = false;
 }
 
-std::span<std::uint16_t> FramePool::pixels(FrameSlot slot) {
+std::span<std::uint16_t> FramePool::pixels(FrameSlot slot) const {
+  return buffer(slot).pixels();
+}
+
+const protocol::FrameBuffer& FramePool::buffer(FrameSlot slot) const {
   return buffers_.at(static_cast<std::size_t>(slot.index));
 }
 

@@ -4,8 +4,10 @@
 #include "core/machine/kinematics.h"
 #include "daemon/frame_check.h"
 #include "daemon/frame_facts.h"
+#include "daemon/log_event.h"
 #include "daemon/messages.h"
 #include "daemon/safety.h"
+#include "daemon/service_manager.h"
 
 namespace rig::daemon {
 
@@ -50,7 +52,8 @@ void Loop::post(What what) {
   mailbox_.push({clock_.now(), std::move(what), wall_->now()});
 }
 
-void Loop::attach(Storage& storage, protocol::Server& server) {
+void Loop::attach(Storage& storage, protocol::Server& server, protocol::FrameDoor& frames) {
+  frames_ = &frames;
   storage_ = &storage;
   server_ = &server;
 }
@@ -58,6 +61,7 @@ void Loop::attach(Storage& storage, protocol::Server& server) {
 void Loop::run() {
   state_.now = clock_.now();
   state_.look_at = state_.now;
+  tell_service_manager();
   if (!state_.stopped.empty()) {
     // The rigd that latched the stop may have died before the devices were told.
     Actions again;
@@ -92,6 +96,7 @@ void Loop::take(const Event& event) {
       carry_out(action);
     }
   }
+  if (const auto* asked = std::get_if<Heartbeat>(&event.what)) asked->answer();
 }
 
 void Loop::to_axis(std::size_t axis, Turn turn, std::function<base::Result<void>(drivers::Axis&)> what) {
@@ -132,6 +137,7 @@ void Loop::fetch(const FetchFrame& action) {
           }
           return;
         }
+        hand_to_local_clients(*slot, **frame);
         const auto outline = machine::sample_outline(setup_.rig, action.angles_rad);
         const auto polygon = outline.value_or(std::vector<geometry::Vec2>{});
         const auto pixels = pool_.pixels(*slot);
@@ -145,6 +151,21 @@ void Loop::fetch(const FetchFrame& action) {
         post(std::move(fetched));
       },
       0, deadline("camera: the transfer of a frame", setup_.rig.deadlines.frame_s));
+}
+
+void Loop::hand_to_local_clients(FrameSlot slot, const drivers::FrameInfo& info) {
+  const protocol::FrameBuffer& buffer = pool_.buffer(slot);
+  protocol::LocalFrame frame;
+  frame.set_generation(buffer.complete());
+  frame.set_slot(static_cast<std::uint32_t>(slot.index));
+  frame.set_width(static_cast<std::uint32_t>(setup_.camera.width));
+  frame.set_height(static_cast<std::uint32_t>(setup_.camera.height));
+  frame.set_bits(static_cast<std::uint32_t>(setup_.camera.bits));
+  frame.set_bayer(setup_.camera.bayer);
+  frame.set_exposure_us(info.exposure_s * 1e6);
+  frame.set_gain(info.gain);
+  frame.set_counter(info.counter);
+  frames_->publish(frame, buffer);
 }
 
 protocol::Frame Loop::describe(FrameSlot slot, const drivers::FrameInfo& info, double share, bool full) {
@@ -169,6 +190,34 @@ void Loop::publish(const protocol::Event& event) {
   recent_.push_back(event);
   if (recent_.size() > kRecentEvents) recent_.pop_front();
   server_->publish(event);
+  counters_.count(event);
+  tell_service_manager();
+}
+
+void Loop::tell_service_manager() {
+  std::string status = status_line(state_);
+  if (status == status_told_) return;
+  notify_status(status);
+  status_told_ = std::move(status);
+}
+
+protocol::Metrics Loop::metrics() const {
+  return gather_metrics({state_, counters_, devices_, pool_, *storage_, *server_, mailbox_.size(), started_,
+                         setup_.state_folder});
+}
+
+void Loop::reply_with_metrics(const Asker& asker) {
+  protocol::Reply reply = make_reply(asker.id, protocol::DONE);
+  *reply.mutable_metrics() = metrics();
+  server_->reply(asker.client, reply);
+}
+
+void Loop::log_statistics() {
+  const protocol::Metrics now = metrics();
+  base::log_line(base::LogLevel::info, statistics_line(now, last_statistics_), statistics_fields(now));
+  last_statistics_ = now;
+  storage_->timings().forget_worst();
+  for (const auto& [bus, worker] : devices_.workers) worker->timings().forget_worst();
 }
 
 void Loop::catch_up(const SubscribeClient& action) {
@@ -302,28 +351,12 @@ void Loop::carry_out(Action& action) {
             pool_.release(a.slot);
             server_->reply(a.asker.client, reply);
           },
+          [&](const ReplyWithMetrics& a) { reply_with_metrics(a.asker); },
+          [&](const LogStatistics&) { log_statistics(); },
           [&](const SubscribeClient& a) { catch_up(a); },
           [&](const UnsubscribeClient& a) { server_->unsubscribe(a.client); },
           [&](const Publish& a) {
-            if (a.event.has_stop_latched()) base::log_warning("stopped: {}", a.event.stop_latched().reason());
-            if (a.event.has_control_changed()) {
-              const auto& control = a.event.control_changed();
-              base::log_info("control: '{}', before '{}': {}", control.holder(), control.previous(),
-                             control.reason());
-            }
-            if (a.event.has_alarm()) base::log_error("{}", a.event.alarm().text());
-            if (a.event.has_job_suspended()) {
-              const auto& suspended = a.event.job_suspended();
-              base::log_warning("job {} is suspended, {}: {}", suspended.job(), suspended.condition(),
-                                suspended.reason());
-            }
-            if (a.event.has_job_released()) {
-              base::log_info("job {}: {} has ended", a.event.job_released().job(),
-                             a.event.job_released().condition());
-            }
-            if (a.event.has_pose_failed()) {
-              base::log_warning("row {}: {}", a.event.pose_failed().row(), a.event.pose_failed().reason());
-            }
+            log_event(a.event);
             publish(a.event);
           },
           [&](const PublishPreview& a) {

@@ -11,9 +11,11 @@
 #include "daemon/devices.h"
 #include "daemon/event.h"
 #include "daemon/frame_pool.h"
+#include "daemon/metrics.h"
 #include "daemon/state.h"
 #include "daemon/step.h"
 #include "daemon/storage.h"
+#include "protocol/frame_door.h"
 #include "protocol/server.h"
 
 namespace rig::daemon {
@@ -26,10 +28,10 @@ class Loop {
 
   /// From any thread.
   void post(What what);
-  /// Both before run(); they must outlive it.
-  void attach(Storage& storage, protocol::Server& server);
   /// What earlier epochs told, in order: for clients that catch up across a restart. Before run().
   void remember(std::deque<protocol::Event> events) { recent_ = std::move(events); }
+  /// All before run(); they must outlive it.
+  void attach(Storage& storage, protocol::Server& server, protocol::FrameDoor& frames);
 
   /// Until EndRequested was handled.
   void run();
@@ -41,6 +43,11 @@ class Loop {
   void to_axis(std::size_t axis, Turn turn, std::function<base::Result<void>(drivers::Axis&)> what);
   void fetch(const FetchFrame& action);
   void publish(const protocol::Event& event);
+  void hand_to_local_clients(FrameSlot slot, const drivers::FrameInfo& info);
+  void tell_service_manager();
+  [[nodiscard]] protocol::Metrics metrics() const;
+  void reply_with_metrics(const Asker& asker);
+  void log_statistics();
   void catch_up(const SubscribeClient& action);
   [[nodiscard]] protocol::Frame describe(FrameSlot slot, const drivers::FrameInfo& info, double share,
                                          bool full);
@@ -53,8 +60,13 @@ class Loop {
   Storage* storage_ = nullptr;
   protocol::Server* server_ = nullptr;
   const std::unique_ptr<base::Clock> wall_ = base::make_system_clock();  // for leases
+  protocol::FrameDoor* frames_ = nullptr;
   base::Mailbox<Event> mailbox_;
   std::deque<protocol::Event> recent_;  // for late joiners
+  const std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();
+  Counters counters_;
+  protocol::Metrics last_statistics_;
+  std::string status_told_;  // to the service manager
 };
 
 }  // namespace rig::daemon

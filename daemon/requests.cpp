@@ -33,6 +33,7 @@ bool needs_operator(const Request& request) {
     case Request::kGetControl:
     case Request::kCheckJob:
     case Request::kGetReport:
+    case Request::kGetMetrics:
       return false;
     default:
       return true;
@@ -266,6 +267,9 @@ void on_request(const Setup& setup, State& state, Actions& actions, const Reques
       return check_job(w, request.check_job());
     case Request::kGetReport:
       return get_report(w, request.get_report().job());
+    case Request::kGetMetrics:
+      actions.push_back(ReplyWithMetrics{w.asker});
+      return;
     default:
       return w.refuse("the request has no command that is known here");
   }

@@ -3,19 +3,20 @@
 #include <algorithm>
 #include <csignal>
 #include <deque>
-#include <fcntl.h>
 #include <map>
 #include <optional>
-#include <sys/file.h>
 #include <thread>
-#include <unistd.h>
 
 #include "core/base/files.h"
 #include "core/base/log.h"
-#include "daemon/access.h"
 #include "core/scan/scan_directory.h"
+#include "daemon/access.h"
 #include "daemon/loop.h"
 #include "daemon/notifier.h"
+#include "daemon/service_manager.h"
+#include "daemon/state_db.h"
+#include "daemon/wall_timer.h"
+#include "daemon/watchdog.h"
 
 namespace rig::daemon {
 
@@ -29,34 +30,6 @@ namespace {
 
 constexpr const char* kVersion = "0.1.0";
 constexpr std::size_t kFrameSlots = 6;
-
-// One rigd a state folder: the lock goes with the process.
-class FolderLock {
- public:
-  static Result<FolderLock> take(const fs::path& folder) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error)
-      return fail(ErrorCode::io, fmt::format("cannot make the folder: {}", error.message()), folder.string());
-    const int fd = ::open((folder / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-    if (fd < 0) return fail(ErrorCode::io, "cannot make the lock file", folder.string());
-    FolderLock lock(fd);
-    if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
-      return fail(ErrorCode::busy, "another rigd uses this state folder", folder.string(),
-                  "stop it, or choose another --state");
-    }
-    return lock;
-  }
-  FolderLock(FolderLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  FolderLock& operator=(FolderLock&&) = delete;
-  ~FolderLock() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-
- private:
-  explicit FolderLock(int fd) : fd_(fd) {}
-  int fd_;
-};
 
 // Turns the first SIGINT or SIGTERM into EndRequested. The signals are blocked in every thread and waited for
 // in one.
@@ -90,6 +63,19 @@ class SignalThread {
   }
   std::thread thread_;
 };
+
+// Everything that must be alive for rigd to be.
+std::vector<WatchedPart> watched_parts(Loop& loop, const OpenDevices& devices, Storage& storage) {
+  std::vector<WatchedPart> parts{
+      {"the loop", [&loop](std::function<void()> answer) { loop.post(Heartbeat{std::move(answer)}); }},
+      {"the storage",
+       [&storage](std::function<void()> answer) { storage.queue(AskStorage{std::move(answer)}); }}};
+  for (const auto& [bus, worker] : devices.workers) {
+    parts.push_back(
+        {"bus " + bus, [w = worker.get()](std::function<void()> answer) { w->queue(std::move(answer)); }});
+  }
+  return parts;
+}
 
 Result<State> remembered_state(StateDb& db) {
   State state;
@@ -161,7 +147,7 @@ Result<void> run(const Options& options) {
   if (!rig_toml) return pass(rig_toml);
   auto rig = machine::parse_rig_config(*rig_toml, options.config);
   if (!rig) return pass(rig);
-  auto lock = FolderLock::take(state_folder);
+  auto lock = take_state_folder(state_folder);
   if (!lock) return pass(lock);
   SignalThread::block();
 
@@ -178,22 +164,26 @@ Result<void> run(const Options& options) {
   if (!state) return pass(state);
   Setup setup{std::move(*rig), (*devices)->camera->capabilities(), (*devices)->light->capabilities(),
               kVersion};
+  setup.state_folder = state_folder;
   const std::string name = setup.rig.name;
   protocol::ServerOptions listening = server_options(options, setup.rig.access);
   Notifier notifier(setup.rig.unattended.notify);
   const machine::CameraConfig camera = setup.rig.camera;
   auto earlier = remembered_events(*db, state->jobs);
-  FramePool pool(kFrameSlots, static_cast<std::size_t>(camera.intrinsics.width) *
-                                  static_cast<std::size_t>(camera.intrinsics.height));
-  Loop loop(*clock, std::move(setup), std::move(*state), **devices, pool);
+  auto pool = FramePool::make(kFrameSlots, static_cast<std::size_t>(camera.intrinsics.width) *
+                                               static_cast<std::size_t>(camera.intrinsics.height));
+  if (!pool) return pass(pool);
+  Loop loop(*clock, std::move(setup), std::move(*state), **devices, **pool);
   listening.revoked = [&loop](std::string who) { loop.post(ClientRevoked{std::move(who)}); };
   auto server = protocol::Server::start(listening, [&loop](protocol::Incoming in) {
     loop.post(RequestReceived{std::move(in.client), in.role, std::move(in.request), std::move(in.who)});
   });
   if (!server) return pass(server);
+  auto frames = protocol::FrameDoor::open(fs::absolute(options.runtime_folder), listening.observe_group);
+  if (!frames) return pass(frames);
   {
     Storage storage(
-        *clock, camera, std::move(*rig_toml), std::move(*db), pool,
+        *clock, camera, std::move(*rig_toml), std::move(*db), **pool,
         [&loop](What what) { loop.post(std::move(what)); },
         [&server](const Action& answer) {
           const auto& reply = std::get<SendReply>(answer);
@@ -203,12 +193,23 @@ Result<void> run(const Options& options) {
           notifier.tell(std::move(occasion), std::move(report));
         });
     loop.remember(std::move(earlier));
-    loop.attach(storage, **server);
+    loop.attach(storage, **server, **frames);
     const SignalThread signals(loop);
     if (!(*server)->network_endpoint().empty())
       base::log_info("{}: listens on the network at {}", name, (*server)->network_endpoint());
     base::log_info("{}: ready at {}", name, fs::absolute(options.runtime_folder).string());
-    loop.run();
+    {
+      std::optional<Watchdog> watchdog;
+      if (const auto period = watchdog_period())
+        watchdog.emplace(watched_parts(loop, **devices, storage), *period, &notify_alive);
+      std::optional<WallTimer> statistics;
+      if (options.statistics_s > 0)
+        statistics.emplace(std::chrono::duration<double>(options.statistics_s),
+                           [&loop] { loop.post(StatisticsDue{}); });
+      notify_ready();
+      loop.run();
+    }
+    notify_stopping();
     base::log_info("{}: ending; an active job goes on at the next start", name);
     // A device that takes its time needs the clock to go on while it is waited for.
     member.reset();

@@ -12,6 +12,7 @@ struct Options {
   std::string config;  ///< rig.toml
   std::filesystem::path state_folder;
   std::filesystem::path runtime_folder;
+  double statistics_s = 60;  ///< between two Stats lines, of the wall; 0: none
 };
 
 /// Validates rig.toml and the settings of its modules, without touching hardware.

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -31,6 +32,7 @@ struct Setup {
   drivers::CameraCapabilities camera;
   drivers::LightCapabilities light;
   std::string version;
+  std::filesystem::path state_folder{};
 };
 
 /// A client's request that is still to be answered.

@@ -24,6 +24,11 @@ CREATE TABLE IF NOT EXISTS facts(key TEXT PRIMARY KEY, value TEXT NOT NULL) STRI
 
 }  // namespace
 
+Result<base::FolderLock> take_state_folder(const std::filesystem::path& folder) {
+  return base::FolderLock::take(
+      folder, "lock", {"another rigd uses this state folder", "stop it, or choose another --state"});
+}
+
 Result<StateDb> StateDb::open(const std::filesystem::path& folder) {
   const auto path = folder / "state.sqlite";
   const bool exists = std::filesystem::exists(path);

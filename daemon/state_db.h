@@ -1,17 +1,20 @@
-// What rigd itself remembers, /var/lib/rigd/state.sqlite: the queue, the latched stop, who holds
-// control, the epoch. Written
-// before the answer.
+// What rigd itself remembers, /var/lib/rigd/state.sqlite: the queue, the latched stop, who holds control, the
+// epoch. Written before the answer.
 #pragma once
 
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "core/base/folder_lock.h"
 #include "core/base/result.h"
 #include "core/scan/sqlite.h"
 #include "daemon/state.h"
 
 namespace rig::daemon {
+
+/// For the process that has the rig: rigd, or rigd-safe while it is at work. Busy where another has it.
+[[nodiscard]] base::Result<base::FolderLock> take_state_folder(const std::filesystem::path& folder);
 
 class StateDb {
  public:

@@ -152,6 +152,8 @@ struct Handler {
   void operator()(const CameraAnswered& /*event*/) const { state.lost.erase("camera"); }
   void operator()(const DiskRead& event) const { state.free_bytes = event.free_bytes; }
   void operator()(const ClientRevoked& event) const { on_client_revoked(state, actions, event); }
+  void operator()(const Heartbeat& /*event*/) const {}  // that step() ran is the answer
+  void operator()(const StatisticsDue& /*event*/) const { actions.push_back(LogStatistics{}); }
 
   void operator()(const EndRequested& /*event*/) const {
     if (state.ending) return;

@@ -69,6 +69,7 @@ void Storage::carry_out(const Action& action) {
     return;
   }
   if (std::holds_alternative<SendReply>(action)) return pass_on_(action);
+  if (const auto* ask = std::get_if<AskStorage>(&action)) return ask->answer();
   base::log_error("an action came to the storage that does not belong there");
 }
 
@@ -229,6 +230,7 @@ void Storage::poll_disk() {
 }
 
 void Storage::store_frame(const StoreFrame& action) {
+  const Timings::Measure measure(timings_);
   scan::FrameFacts facts;
   facts.row = action.pose.row;
   facts.index = action.frame.index;

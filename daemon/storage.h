@@ -12,6 +12,7 @@
 #include "daemon/action.h"
 #include "daemon/frame_pool.h"
 #include "daemon/state_db.h"
+#include "daemon/timings.h"
 
 namespace rig::daemon {
 
@@ -29,9 +30,12 @@ class Storage {
   Storage(const Storage&) = delete;
   Storage& operator=(const Storage&) = delete;
 
+  /// How many actions wait, and how long the storing of a frame took.
+  [[nodiscard]] std::size_t waiting() const { return mailbox_.size(); }
+  [[nodiscard]] Timings& timings() { return timings_; }
+
   /// One of CreateJob, OpenJob, SaveJob, SaveOrder, PollDisk, KeepEvent, CheckSpace, SendReport, TellOfJob,
-  /// StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, SaveLease, or an answer to be passed on once all
-  /// that was queued before it is on the disk.
+  /// StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, SaveLease, AskStorage, or an answer to be passed on once all that was queued before it is on the disk.
   void queue(Action action);
 
  private:
@@ -61,6 +65,7 @@ class Storage {
   std::filesystem::path scan_;
   std::uint64_t job_ = 0;  ///< whose scan is open
   std::optional<scan::Journal> journal_;
+  Timings timings_;
   base::Mailbox<std::optional<Action>> mailbox_;
   std::thread thread_;
 };

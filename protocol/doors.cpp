@@ -1,11 +1,8 @@
 #include "protocol/doors.h"
 
-#include <array>
 #include <cerrno>
 #include <cstring>
-#include <grp.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include "protocol/gate.h"
 #include "protocol/keys.h"
@@ -43,27 +40,10 @@ Socket router(const Context& context, const ServerOptions& options) {
   return socket;
 }
 
-Result<gid_t> group_named(const std::string& name) {
-  std::array<char, 65536> room{};
-  group entry{};
-  group* found = nullptr;
-  if (::getgrnam_r(name.c_str(), &entry, room.data(), room.size(), &found) != 0 || found == nullptr) {
-    return fail(ErrorCode::not_found, fmt::format("there is no group '{}' on this system", name), {},
-                fmt::format("addgroup --system {}", name));
-  }
-  return entry.gr_gid;
-}
-
 }  // namespace
 
 Result<Door> open_local_door(const Context& context, const SocketFolder& folder, const char* file, Role most,
                              const std::string& group, const ServerOptions& options) {
-  std::optional<gid_t> gid;
-  if (!group.empty()) {
-    const auto found = group_named(group);
-    if (!found) return pass(found);
-    gid = *found;
-  }
   const auto path = folder.make_way(file);
   if (!path) return pass(path);
   Door door{router(context, options), false, most, *path, {}};
@@ -73,15 +53,7 @@ Result<Door> open_local_door(const Context& context, const SocketFolder& folder,
   ::umask(before);
   if (bound != 0)
     return fail(ErrorCode::io, fmt::format("cannot listen: {}", zmq_strerror(zmq_errno())), path->string());
-  const bool given = (!gid || ::chown(path->c_str(), static_cast<uid_t>(-1), *gid) == 0) &&
-                     ::chmod(path->c_str(), 0660) == 0;
-  if (!given) {
-    const int error = errno;
-    std::error_code already_gone;
-    std::filesystem::remove(*path, already_gone);
-    return fail(ErrorCode::io, fmt::format("cannot give the socket to its group: {}", std::strerror(error)),
-                path->string(), gid ? fmt::format("rigd's user must be in the group '{}'", group) : "");
-  }
+  if (auto given = give_to_group(*path, group); !given) return pass(given);
   return door;
 }
 

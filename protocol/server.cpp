@@ -78,6 +78,7 @@ struct Server::State {
   std::deque<Outgoing> queue;
   std::atomic<bool> ending{false};
   std::atomic<std::size_t> subscribers_now{0};
+  std::atomic<std::uint64_t> previews_dropped{0};
   std::map<ClientId, Subscriber> subscribers;  // of the socket thread alone
   std::thread thread;
 
@@ -174,6 +175,7 @@ struct Server::State {
           break;
         case Sent::full:
           ++subscriber.previews_dropped;
+          ++previews_dropped;
           break;
         case Sent::gone:
           gone.push_back(client);
@@ -358,6 +360,9 @@ std::size_t Server::client_count() const {
 }
 const std::string& Server::network_endpoint() const {
   return state_->network_endpoint;
+}
+std::uint64_t Server::previews_dropped() const {
+  return state_->previews_dropped;
 }
 
 }  // namespace rig::protocol

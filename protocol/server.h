@@ -78,6 +78,8 @@ class Server {
   [[nodiscard]] std::size_t client_count() const;
   /// Where it listens on the network, with the port it got; empty: nowhere.
   [[nodiscard]] const std::string& network_endpoint() const;
+  /// Of all clients since the start.
+  [[nodiscard]] std::uint64_t previews_dropped() const;
 
  private:
   struct State;

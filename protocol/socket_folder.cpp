@@ -1,12 +1,12 @@
 #include "protocol/socket_folder.h"
 
+#include <array>
 #include <cerrno>
 #include <cstring>
-#include <fcntl.h>
-#include <sys/file.h>
+#include <grp.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
-#include <utility>
 
 namespace rig::protocol {
 
@@ -15,32 +15,28 @@ using base::ErrorCode;
 using base::fail;
 using base::Result;
 
+namespace {
+
+Result<gid_t> group_named(const std::string& name) {
+  std::array<char, 65536> room{};
+  group entry{};
+  group* found = nullptr;
+  if (::getgrnam_r(name.c_str(), &entry, room.data(), room.size(), &found) != 0 || found == nullptr) {
+    return fail(ErrorCode::not_found, fmt::format("there is no group '{}' on this system", name), {},
+                fmt::format("addgroup --system {}", name));
+  }
+  return entry.gr_gid;
+}
+
+}  // namespace
+
 Result<SocketFolder> SocketFolder::take(const fs::path& folder) {
   std::error_code error;
   const fs::path absolute = fs::absolute(folder, error);
-  fs::create_directories(absolute, error);
-  if (error) {
-    return fail(ErrorCode::io, fmt::format("cannot make the folder: {}", error.message()), absolute.string());
-  }
-  const fs::path lock_file = absolute / "server.lock";
-  const int lock = ::open(lock_file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  if (lock < 0) {
-    return fail(ErrorCode::io, fmt::format("cannot make the lock: {}", std::strerror(errno)),
-                lock_file.string());
-  }
-  SocketFolder taken(absolute, lock);
-  if (::flock(lock, LOCK_EX | LOCK_NB) != 0) {
-    return fail(ErrorCode::busy, "another rigd listens here", absolute.string(),
-                "stop it, or choose another --runtime");
-  }
-  return taken;
-}
-
-SocketFolder::SocketFolder(SocketFolder&& other) noexcept
-    : folder_(std::move(other.folder_)), lock_(std::exchange(other.lock_, -1)) {}
-
-SocketFolder::~SocketFolder() {
-  if (lock_ >= 0) ::close(lock_);
+  auto lock = base::FolderLock::take(absolute, "server.lock",
+                                     {"another rigd listens here", "stop it, or choose another --runtime"});
+  if (!lock) return base::pass(lock);
+  return SocketFolder(absolute, std::move(*lock));
 }
 
 Result<fs::path> SocketFolder::make_way(const char* file) const {
@@ -64,6 +60,23 @@ Result<fs::path> SocketFolder::make_way(const char* file) const {
                 path.string());
   }
   return path;
+}
+
+Result<void> give_to_group(const fs::path& socket, const std::string& group) {
+  auto gid = static_cast<gid_t>(-1);  // left as it is
+  if (!group.empty()) {
+    const auto found = group_named(group);
+    if (!found) return base::pass(found);
+    gid = *found;
+  }
+  if (::chown(socket.c_str(), static_cast<uid_t>(-1), gid) == 0 && ::chmod(socket.c_str(), 0660) == 0)
+    return {};
+  const int error = errno;
+  std::error_code already_gone;
+  fs::remove(socket, already_gone);
+  return fail(ErrorCode::io, fmt::format("cannot give the socket to its group: {}", std::strerror(error)),
+              socket.string(),
+              group.empty() ? "" : fmt::format("rigd's user must be in the group '{}'", group));
 }
 
 }  // namespace rig::protocol

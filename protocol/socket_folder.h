@@ -2,7 +2,10 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <utility>
 
+#include "core/base/folder_lock.h"
 #include "core/base/result.h"
 
 namespace rig::protocol {
@@ -13,18 +16,20 @@ class SocketFolder {
  public:
   /// Makes the folder if needed. Busy where another server has it.
   [[nodiscard]] static base::Result<SocketFolder> take(const std::filesystem::path& folder);
-  SocketFolder(SocketFolder&& other) noexcept;
-  SocketFolder& operator=(SocketFolder&&) = delete;
-  ~SocketFolder();
 
   /// The path of a socket file, free to be bound: a left-over was removed. An Error where it is too long for
   /// a socket or something else stands there.
   [[nodiscard]] base::Result<std::filesystem::path> make_way(const char* file) const;
 
  private:
-  SocketFolder(std::filesystem::path folder, int lock) : folder_(std::move(folder)), lock_(lock) {}
+  SocketFolder(std::filesystem::path folder, base::FolderLock lock)
+      : folder_(std::move(folder)), lock_(std::move(lock)) {}
   std::filesystem::path folder_;
-  int lock_;
+  base::FolderLock lock_;
 };
+
+/// Lets the group connect to a socket that its owner alone may connect to; empty: the group of this process.
+/// not_found for a group that is not there; where it cannot be given the socket file is removed.
+[[nodiscard]] base::Result<void> give_to_group(const std::filesystem::path& socket, const std::string& group);
 
 }  // namespace rig::protocol

@@ -6,6 +6,7 @@
 #include "clients/rig/access_options.h"
 #include "clients/rig/commands.h"
 #include "clients/rig/dispatch.h"
+#include "clients/rig/metrics.h"
 #include "clients/rig/watch.h"
 #include "core/base/command_line.h"
 #include "core/base/interrupt.h"
@@ -29,6 +30,7 @@ void run_program(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   CLI::App app("Operates a rig, and leads to the programs that turn its scans into materials.");
+  app.set_help_all_flag("--help-all", "every command with its options");
   app.require_subcommand(1);
   Connection to{protocol::default_endpoint(), 5};
   std::function<base::Result<void>()> chosen;
@@ -41,6 +43,19 @@ int main(int argc, char** argv) {
   };
 
   command(app, "status", "what the rig is doing")->callback([&] { chosen = [&] { return status(to); }; });
+
+  bool as_json = false;
+  bool as_prometheus = false;
+  auto* metrics_command = command(app, "metrics", "how rigd itself is doing: queues, times, memory, disk");
+  auto* json_flag = metrics_command->add_flag("--json", as_json, "as one JSON object");
+  metrics_command->add_flag("--prometheus", as_prometheus, "in Prometheus' text format")->excludes(json_flag);
+  metrics_command->callback([&] {
+    chosen = [&] {
+      return metrics(to, as_json         ? MetricsFormat::json
+                         : as_prometheus ? MetricsFormat::prometheus
+                                         : MetricsFormat::text);
+    };
+  });
 
   WatchOptions watching;
   auto* watch_command = command(app, "watch", "follow the running job");

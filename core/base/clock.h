@@ -114,6 +114,12 @@ class Mailbox {
     clock_.notify(slot_);
   }
 
+  /// How many items wait.
+  [[nodiscard]] std::size_t size() const {
+    const std::lock_guard lock(mutex_);
+    return items_.size();
+  }
+
   [[nodiscard]] std::optional<T> try_pop() {
     const std::lock_guard lock(mutex_);
     if (items_.empty()) return std::nullopt;
@@ -133,7 +139,7 @@ class Mailbox {
 
  private:
   Clock& clock_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::deque<T> items_;
   WaitSlot slot_;
 };

@@ -31,14 +31,31 @@ spdlog::level::level_enum translate(LogLevel level) {
   return spdlog::level::err;
 }
 
+LogSink& sink() {
+  static LogSink instance;
+  return instance;
+}
+
 }  // namespace
 
 void log_line(LogLevel level, std::string_view message) {
+  log_line(level, message, {});
+}
+
+void log_line(LogLevel level, std::string_view message, std::span<const LogField> fields) {
+  if (sink()) {
+    if (logger().should_log(translate(level))) sink()(level, message, fields);
+    return;
+  }
   logger().log(translate(level), spdlog::string_view_t(message.data(), message.size()));
 }
 
 void set_log_level(LogLevel level) {
   logger().set_level(translate(level));
+}
+
+void set_log_sink(LogSink to) {
+  sink() = std::move(to);
 }
 
 }  // namespace rig::base

@@ -129,7 +129,9 @@ TEST(Preview, OfASensorWithoutColoursIsGrey) {
 }
 
 TEST(FramePool, GivesEverySlotToOneHolder) {
-  FramePool pool(3, 10);
+  const auto made = FramePool::make(3, 10);
+  ASSERT_TRUE(made.has_value()) << made.error().text();
+  FramePool& pool = **made;
   std::set<int> taken;
   for (int i = 0; i < 3; ++i) {
     const auto slot = pool.take();

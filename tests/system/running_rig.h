@@ -28,12 +28,12 @@ class RunningRig {
     put_bytes(folder_ / "rig.toml", rig_toml);
   }
 
-  void start() {
-    rigd_ =
-        std::make_unique<Program>("rigd",
-                                  std::vector<std::string>{"--config", folder_ / "rig.toml", "--state",
-                                                           folder_ / "state", "--runtime", folder_ / "run"},
-                                  folder_ / "rigd.log");
+  /// `further`: arguments of rigd.
+  void start(const std::vector<std::string>& further = {}) {
+    std::vector<std::string> arguments{"--config",        folder_ / "rig.toml", "--state",
+                                       folder_ / "state", "--runtime",          folder_ / "run"};
+    arguments.insert(arguments.end(), further.begin(), further.end());
+    rigd_ = std::make_unique<Program>("rigd", arguments, folder_ / "rigd.log");
     auto client = protocol::Client::connect("ipc://" + (folder_ / "run/operate.sock").string());
     ASSERT_TRUE(client.has_value()) << client.error().text();
     client_ = std::make_unique<protocol::Client>(std::move(*client));
@@ -63,6 +63,11 @@ class RunningRig {
     const protocol::Reply reply = ask(request);
     EXPECT_EQ(reply.outcome(), protocol::DONE) << reply.reason();
     return reply;
+  }
+  /// Sends what is answered much later, and does not wait for that.
+  void send(const protocol::Request& request) {
+    const auto reply = client_->ask(request, std::chrono::milliseconds(1));
+    EXPECT_TRUE(!reply && reply.error().code == base::ErrorCode::timeout);
   }
   void submit(const std::string& job_toml) {
     protocol::Request request;
