@@ -38,6 +38,8 @@ class SignalThread {
   static void block() {
     const sigset_t set = signals();
     ::pthread_sigmask(SIG_BLOCK, &set, nullptr);
+    // A limit on the size of files is an error of the write, as a full disk is, not the end of rigd.
+    ::signal(SIGXFSZ, SIG_IGN);
   }
   explicit SignalThread(Loop& loop)
       : thread_([&loop] {

@@ -279,6 +279,7 @@ void Storage::commit_pose(const CommitPose& action) {
     return;
   }
   report_(PoseCommitted{action.pose.row});
+  check(scan::discard_bracket(scan_, action.pose.row));  // an older take, if there was one
 }
 
 }  // namespace rig::daemon

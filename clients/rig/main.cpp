@@ -7,6 +7,7 @@
 #include "clients/rig/commands.h"
 #include "clients/rig/dispatch.h"
 #include "clients/rig/metrics.h"
+#include "clients/rig/scan_commands.h"
 #include "clients/rig/watch.h"
 #include "core/base/command_line.h"
 #include "core/base/interrupt.h"
@@ -162,6 +163,18 @@ int main(int argc, char** argv) {
 
   offer_control(app, command, to, chosen);
   offer_keys(app, chosen);
+  auto* recover = scans->add_subcommand("recover", "rebuild a lost or damaged journal from the frames");
+  recover->add_option("scan", scan, "its folder")->required();
+  bool even_if_whole = false;
+  recover->add_flag("--even-if-whole", even_if_whole, "also where the journal can be read");
+  recover->callback([&] { chosen = [&] { return scan_recover(scan, even_if_whole); }; });
+  auto* push = scans->add_subcommand("push", "copy committed poses to another place, verified");
+  push->add_option("scan", scan, "its folder")->required();
+  std::string destination;
+  push->add_option("dest", destination, "a new folder, or one of an earlier push of this scan")->required();
+  bool follow = false;
+  push->add_flag("--follow", follow, "go on until the job is complete");
+  push->callback([&] { chosen = [&] { return scan_push(scan, destination, follow); }; });
 
   std::string further = "Further programs, run as `rig NAME`:";
   for (const std::string& name : programs()) further += " " + name;

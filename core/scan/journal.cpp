@@ -50,10 +50,26 @@ std::int64_t ns_of(base::Time time) {
   return time.time_since_epoch().count();
 }
 
-PlanRow plan_row(const Statement& s) {
+PlanRow plan_row_at(const Statement& s) {
   const auto state = std::clamp<std::int64_t>(s.integer(5), 0, 2);
   return {s.integer(0), angles_at(s, 1), static_cast<RowState>(state), static_cast<int>(s.integer(6)),
           s.text(7)};
+}
+
+constexpr const char* kSelectPoses =
+    "SELECT p.row, p.attempt, r.roll_rad, r.tilt_rad, r.pan_rad, r.arm_rad, p.roll_rad, p.tilt_rad, "
+    "p.pan_rad, "
+    "p.arm_rad, p.arrived_ns, p.committed_ns FROM poses p JOIN rows r ON r.row = p.row WHERE r.state = 1";
+
+PoseRecord pose_at(const Statement& s) {
+  return {s.integer(0),
+          static_cast<int>(s.integer(1)),
+          angles_at(s, 2),
+          angles_at(s, 6),
+          time_from(s.integer(10)),
+          time_from(s.integer(11)),
+          {},
+          std::nullopt};
 }
 
 // Every row of a prepared query through `each`.
@@ -114,8 +130,7 @@ Result<Database> open_database(const std::filesystem::path& path, Database::Mode
   const auto lost = [&path](std::string what) {
     return base::fail(
         base::ErrorCode::damaged, std::move(what), path.string(),
-        "the frames are not touched by this; bring the journal back from a copy of the scan, or "
-        "scan into a new folder");
+        "the frames are not touched by this; `rig scan recover` rebuilds the journal from them");
   };
   auto database = Database::open(path, mode, kJournalVersion);
   if (!database) {
@@ -179,6 +194,12 @@ Result<Journal> Journal::open_read_only(const std::filesystem::path& path) {
   return Journal(std::make_unique<State>(State{std::move(*database)}));
 }
 
+Result<Journal> Journal::open_damaged(const std::filesystem::path& path) {
+  auto database = Database::open_unchecked(path, kJournalVersion);
+  if (!database) return pass(database);
+  return Journal(std::make_unique<State>(State{std::move(*database)}));
+}
+
 Result<ScanProgress> Journal::progress() const {
   auto query = state_->database.prepare("SELECT count(*), sum(state = 1), sum(state = 2) FROM rows");
   ScanProgress progress;
@@ -192,9 +213,18 @@ Result<ScanProgress> Journal::progress() const {
 Result<std::vector<PlanRow>> Journal::plan() const {
   auto query = state_->database.prepare(fmt::format("SELECT {} FROM rows ORDER BY row", kRowColumns));
   std::vector<PlanRow> rows;
-  auto done = for_each(query, [&](const Statement& s) { rows.push_back(plan_row(s)); });
+  auto done = for_each(query, [&](const Statement& s) { rows.push_back(plan_row_at(s)); });
   if (!done) return pass(done);
   return rows;
+}
+
+Result<std::optional<PlanRow>> Journal::plan_row(std::int64_t row) const {
+  auto query = state_->database.prepare(fmt::format("SELECT {} FROM rows WHERE row = ?", kRowColumns));
+  if (query) query->bind(1, row);
+  std::optional<PlanRow> line;
+  auto done = for_each(query, [&](const Statement& s) { line = plan_row_at(s); });
+  if (!done) return pass(done);
+  return line;
 }
 
 Result<std::vector<PlanRow>> Journal::pending(std::int64_t from, std::size_t limit) const {
@@ -202,28 +232,15 @@ Result<std::vector<PlanRow>> Journal::pending(std::int64_t from, std::size_t lim
       fmt::format("SELECT {} FROM rows WHERE state = 0 AND row >= ? ORDER BY row LIMIT ?", kRowColumns));
   if (query) query->bind(1, from).bind(2, static_cast<std::int64_t>(limit));
   std::vector<PlanRow> rows;
-  auto done = for_each(query, [&](const Statement& s) { rows.push_back(plan_row(s)); });
+  auto done = for_each(query, [&](const Statement& s) { rows.push_back(plan_row_at(s)); });
   if (!done) return pass(done);
   return rows;
 }
 
 Result<std::vector<PoseRecord>> Journal::poses() const {
-  auto query = state_->database.prepare(
-      "SELECT p.row, p.attempt, r.roll_rad, r.tilt_rad, r.pan_rad, r.arm_rad, p.roll_rad, p.tilt_rad, "
-      "p.pan_rad, "
-      "p.arm_rad, p.arrived_ns, p.committed_ns FROM poses p JOIN rows r ON r.row = p.row WHERE r.state = 1 "
-      "ORDER BY p.row");
+  auto query = state_->database.prepare(fmt::format("{} ORDER BY p.row", kSelectPoses));
   std::vector<PoseRecord> poses;
-  auto done = for_each(query, [&](const Statement& s) {
-    poses.push_back({s.integer(0),
-                     static_cast<int>(s.integer(1)),
-                     angles_at(s, 2),
-                     angles_at(s, 6),
-                     time_from(s.integer(10)),
-                     time_from(s.integer(11)),
-                     {},
-                     std::nullopt});
-  });
+  auto done = for_each(query, [&](const Statement& s) { poses.push_back(pose_at(s)); });
   if (!done) return pass(done);
   for (PoseRecord& pose : poses) {
     auto frames = frames_of(state_->database, pose.row);
@@ -235,12 +252,23 @@ Result<std::vector<PoseRecord>> Journal::poses() const {
 }
 
 Result<std::optional<PoseRecord>> Journal::pose(std::int64_t row) const {
-  auto all = poses();
-  if (!all) return pass(all);
-  const auto found =
-      std::find_if(all->begin(), all->end(), [row](const PoseRecord& p) { return p.row == row; });
-  if (found == all->end()) return std::optional<PoseRecord>();
-  return std::optional<PoseRecord>(std::move(*found));
+  auto query = state_->database.prepare(fmt::format("{} AND p.row = ?", kSelectPoses));
+  if (query) query->bind(1, row);
+  std::vector<PoseRecord> found;
+  auto done = for_each(query, [&](const Statement& s) { found.push_back(pose_at(s)); });
+  if (!done) return pass(done);
+  if (found.empty()) return std::optional<PoseRecord>();
+  auto frames = frames_of(state_->database, row);
+  if (!frames) return pass(frames);
+  found.front().frames = std::move(*frames);
+  if (auto told = add_shortfalls(state_->database, found); !told) return pass(told);
+  return std::optional<PoseRecord>(std::move(found.front()));
+}
+
+Result<void> Journal::copy_to(const std::filesystem::path& path) const {
+  auto copy = state_->database.prepare("VACUUM INTO ?");
+  if (!copy) return pass(copy);
+  return copy->bind(1, std::string_view(path.string())).run();
 }
 
 Result<void> Journal::commit_pose(const PoseRecord& pose, const std::vector<EventRecord>& events) {

@@ -68,6 +68,9 @@ class Journal {
   /// Opens for writing after an integrity check; damage is an error that says how to recover.
   [[nodiscard]] static base::Result<Journal> open(const std::filesystem::path& path);
   [[nodiscard]] static base::Result<Journal> open_read_only(const std::filesystem::path& path);
+  /// For what can still be read of a damaged one: each call tells for itself whether it could. Writes to the
+  /// file (its log is folded in), so it wants a copy.
+  [[nodiscard]] static base::Result<Journal> open_damaged(const std::filesystem::path& path);
 
   Journal(Journal&&) noexcept;
   Journal& operator=(Journal&&) noexcept;
@@ -75,12 +78,17 @@ class Journal {
 
   [[nodiscard]] base::Result<ScanProgress> progress() const;
   [[nodiscard]] base::Result<std::vector<PlanRow>> plan() const;
+  /// One line of the plan, if it has it.
+  [[nodiscard]] base::Result<std::optional<PlanRow>> plan_row(std::int64_t row) const;
   /// The pending rows in order, at most `limit`, from row `from` on.
   [[nodiscard]] base::Result<std::vector<PlanRow>> pending(std::int64_t from, std::size_t limit) const;
 
   /// Every record of done poses, in row order.
   [[nodiscard]] base::Result<std::vector<PoseRecord>> poses() const;
   [[nodiscard]] base::Result<std::optional<PoseRecord>> pose(std::int64_t row) const;
+
+  /// Writes the journal as it is now into one new file without a log.
+  [[nodiscard]] base::Result<void> copy_to(const std::filesystem::path& path) const;
 
   /// Each of these is one durable transaction, with the events that belong to it.
   [[nodiscard]] base::Result<void> commit_pose(const PoseRecord& pose,

@@ -1,5 +1,6 @@
 #include "core/scan/scan_directory.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <linux/magic.h>
@@ -27,6 +28,19 @@ Result<void> system_result(const std::error_code& error, std::string_view doing,
   return fail(ErrorCode::io, fmt::format("cannot {}: {}", doing, error.message()), path.string());
 }
 
+// A retake that was published and never committed: the take that the journal knows lies beside it.
+Result<void> undo_retake(const fs::path& scan, const Journal& journal, std::int64_t row) {
+  const fs::path part = part_folder(scan, row);
+  std::error_code error;
+  if (!fs::is_directory(part, error)) return {};
+  const auto pose = journal.pose(row);
+  if (!pose) return pass(pose);
+  if (!*pose || holds_bracket(frames_folder(scan, row), **pose) || !holds_bracket(part, **pose)) return {};
+  const auto exchanged = base::exchange_durably(part, frames_folder(scan, row));
+  if (!exchanged) return pass(exchanged);
+  return {};
+}
+
 // Removes a scan that could not be made whole.
 class Undo {
  public:
@@ -35,8 +49,7 @@ class Undo {
   Undo& operator=(const Undo&) = delete;
   ~Undo() {
     if (folder_.empty()) return;
-    std::error_code nothing_left_to_do;
-    fs::remove_all(folder_, nothing_left_to_do);
+    (void)base::remove_tree(folder_);  // why the scan could not be made is what its caller hears
   }
   void keep() { folder_.clear(); }
 
@@ -92,15 +105,13 @@ Result<void> create_scan(const fs::path& where, const std::string& rig_toml, con
                 "name a new folder for the scan");
   }
   const fs::path parent = scan.parent_path().empty() ? fs::path(".") : scan.parent_path();
-  fs::create_directories(parent, error);
-  if (auto ok = system_result(error, "make the folder", parent); !ok) return ok;
+  if (auto ok = base::make_folder_durably(parent); !ok) return ok;
   if (auto ok = refuse_network_disk(parent); !ok) return ok;
   // Made beside its place and renamed, so that a scan is there whole or not at all.
   const fs::path making = parent / fmt::format(".{}.{}.part", scan.filename().string(), ::getpid());
-  fs::remove_all(making, error);
-  fs::create_directories(making / "frames", error);
-  if (auto ok = system_result(error, "make the folder", making); !ok) return ok;
+  if (auto ok = base::remove_tree(making); !ok) return ok;
   Undo undo(making);
+  if (auto ok = base::make_folder_durably(making / "frames"); !ok) return ok;
   const auto bytes = [](const std::string& text) { return std::as_bytes(std::span(text)); };
   if (auto ok = base::write_and_flush(making / "rig.toml", bytes(rig_toml)); !ok) return ok;
   if (auto ok = base::write_and_flush(making / "job.toml", bytes(job_toml)); !ok) return ok;
@@ -109,7 +120,6 @@ Result<void> create_scan(const fs::path& where, const std::string& rig_toml, con
     if (!journal) return pass(journal);
   }
   if (auto ok = base::flush_folder(making); !ok) return ok;
-  fs::remove(scan, error);  // an empty folder, or nothing
   if (auto ok = base::rename_durably(making, scan); !ok) return ok;
   undo.keep();
   return {};
@@ -143,9 +153,7 @@ Result<std::string> store_frame(const fs::path& scan, const FrameFacts& facts, i
   auto bytes = encode_frame(facts, width, height, pixels);
   if (!bytes) return pass(bytes);
   const fs::path folder = part_folder(scan, facts.row);
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (auto ok = system_result(error, "make the folder", folder); !ok) return pass(ok);
+  if (auto ok = base::make_folder_durably(folder); !ok) return pass(ok);
   if (auto ok = base::write_and_flush(folder / frame_name(facts.index), *bytes); !ok) return pass(ok);
   return base::sha256_hex(*bytes);
 }
@@ -153,13 +161,20 @@ Result<std::string> store_frame(const fs::path& scan, const FrameFacts& facts, i
 Result<void> publish_bracket(const fs::path& scan, std::int64_t row) {
   const fs::path part = part_folder(scan, row);
   if (auto ok = base::flush_folder(part); !ok) return ok;
-  return base::rename_durably(part, frames_folder(scan, row));
+  const auto published = base::exchange_durably(part, frames_folder(scan, row));
+  if (!published) return pass(published);
+  return {};
 }
 
 Result<void> discard_bracket(const fs::path& scan, std::int64_t row) {
-  std::error_code error;
-  fs::remove_all(part_folder(scan, row), error);
-  return system_result(error, "remove", part_folder(scan, row));
+  return base::remove_tree(part_folder(scan, row));
+}
+
+bool holds_bracket(const fs::path& folder, const PoseRecord& pose) {
+  return std::all_of(pose.frames.begin(), pose.frames.end(), [&folder](const FrameRecord& frame) {
+    const auto hash = base::sha256_of_file(folder / frame_name(frame.index));
+    return hash && *hash == frame.sha256;
+  });
 }
 
 Result<void> tidy_scan(const fs::path& scan, const Journal& journal) {
@@ -167,7 +182,9 @@ Result<void> tidy_scan(const fs::path& scan, const Journal& journal) {
   if (!plan) return pass(plan);
   std::set<std::string> known;
   for (const PlanRow& row : *plan) {
-    if (row.state == RowState::done) known.insert(frames_folder(scan, row.row).filename().string());
+    if (row.state != RowState::done) continue;
+    known.insert(frames_folder(scan, row.row).filename().string());
+    if (auto ok = undo_retake(scan, journal, row.row); !ok) return ok;
   }
   std::error_code error;
   const fs::path frames = scan / "frames";
@@ -176,9 +193,9 @@ Result<void> tidy_scan(const fs::path& scan, const Journal& journal) {
     if (known.count(entry.path().filename().string()) == 0) unknown.push_back(entry.path());
   }
   if (auto ok = system_result(error, "read the folder", frames); !ok) return ok;
+  std::sort(unknown.begin(), unknown.end());
   for (const fs::path& path : unknown) {
-    fs::remove_all(path, error);
-    if (auto ok = system_result(error, "remove", path); !ok) return ok;
+    if (auto ok = base::remove_tree(path); !ok) return ok;
   }
   return base::flush_folder(frames);
 }

@@ -47,15 +47,19 @@ struct ScanView {
                                                     const FrameFacts& facts, int width, int height,
                                                     const std::uint16_t* pixels);
 
-/// Renames the part folder of a complete bracket to its final name, durably, in place of an older take of the
-/// same row.
+/// Renames the part folder of a complete bracket to its final name, durably. An older take of the same row is
+/// kept under the name of the part folder: discard_bracket() removes it once the journal knows the new one.
 [[nodiscard]] base::Result<void> publish_bracket(const std::filesystem::path& scan, std::int64_t row);
 
 /// Removes a partial bracket, if there is one.
 [[nodiscard]] base::Result<void> discard_bracket(const std::filesystem::path& scan, std::int64_t row);
 
+/// Whether a folder holds the frames of a pose with the bytes that its record names.
+[[nodiscard]] bool holds_bracket(const std::filesystem::path& folder, const PoseRecord& pose);
+
 /// Brings the folder to the state of the journal after a crash: partial brackets removed, published brackets
-/// that the journal does not know removed too (their pose is retaken whole).
+/// that the journal does not know removed too (their pose is retaken whole), and a take that the journal
+/// knows brought back where a retake of it was published and not committed.
 [[nodiscard]] base::Result<void> tidy_scan(const std::filesystem::path& scan, const Journal& journal);
 
 }  // namespace rig::scan

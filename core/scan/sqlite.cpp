@@ -27,6 +27,13 @@ tl::unexpected<base::Error> failure(sqlite3* database, std::string_view doing) {
               hint);
 }
 
+// The database knows its file's name only once it is open.
+tl::unexpected<base::Error> cannot_open(sqlite3* database, const std::filesystem::path& path) {
+  auto error = failure(database, "open");
+  error.value().where = path.string();
+  return error;
+}
+
 }  // namespace
 
 Statement::Statement(Statement&& other) noexcept
@@ -126,6 +133,27 @@ Result<void> Database::commit() const {
   return {};
 }
 
+Result<void> Database::check_version(const std::filesystem::path& path, int user_version) const {
+  auto version = prepare("PRAGMA user_version");
+  if (!version) return base::pass(version);
+  if (auto row = version->step(); !row) return base::pass(row);
+  if (const auto found = version->integer(0); found > user_version) {
+    return fail(ErrorCode::newer,
+                fmt::format("version {} is newer than this program reads ({})", found, user_version),
+                path.string(), "use a newer version");
+  }
+  return {};
+}
+
+Result<Database> Database::open_unchecked(const std::filesystem::path& path, int user_version) {
+  sqlite3* handle = nullptr;
+  const int code = sqlite3_open_v2(path.c_str(), &handle, SQLITE_OPEN_READWRITE, nullptr);
+  Database database(handle);
+  if (code != SQLITE_OK) return cannot_open(handle, path);
+  if (auto ok = database.check_version(path, user_version); !ok) return base::pass(ok);
+  return database;
+}
+
 Result<Database> Database::open(const std::filesystem::path& path, Mode mode, int user_version) {
   const bool exists = std::filesystem::exists(path);
   if (mode == Mode::create && exists) return fail(ErrorCode::refused, "exists already", path.string());
@@ -137,7 +165,7 @@ Result<Database> Database::open(const std::filesystem::path& path, Mode mode, in
                                           : SQLITE_OPEN_READONLY;
   const int code = sqlite3_open_v2(path.c_str(), &handle, flags, nullptr);
   Database database(handle);
-  if (code != SQLITE_OK) return failure(handle, "open");
+  if (code != SQLITE_OK) return cannot_open(handle, path);
   constexpr int kBusyTimeout_ms = 5000;
   sqlite3_busy_timeout(handle, kBusyTimeout_ms);
   if (mode != Mode::read) {
@@ -152,14 +180,7 @@ Result<Database> Database::open(const std::filesystem::path& path, Mode mode, in
       return base::pass(done);
     return database;
   }
-  auto version = database.prepare("PRAGMA user_version");
-  if (!version) return base::pass(version);
-  if (auto row = version->step(); !row) return base::pass(row);
-  if (const auto found = version->integer(0); found > user_version) {
-    return fail(ErrorCode::newer,
-                fmt::format("version {} is newer than this program reads ({})", found, user_version),
-                path.string(), "use a newer version");
-  }
+  if (auto ok = database.check_version(path, user_version); !ok) return base::pass(ok);
   auto check = database.prepare("PRAGMA quick_check(1)");
   if (!check) return base::pass(check);
   auto row = check->step();

@@ -52,6 +52,9 @@ class Database {
   /// version is ErrorCode::newer, and a damaged file ErrorCode::damaged.
   [[nodiscard]] static base::Result<Database> open(const std::filesystem::path& path, Mode mode,
                                                    int user_version);
+  /// One that may be damaged, for whatever can still be read of it; no newer version either.
+  [[nodiscard]] static base::Result<Database> open_unchecked(const std::filesystem::path& path,
+                                                             int user_version);
   Database(Database&&) noexcept;
   Database& operator=(Database&&) noexcept;
   ~Database();
@@ -75,6 +78,7 @@ class Database {
  private:
   explicit Database(sqlite3* handle) : handle_(handle) {}
   [[nodiscard]] base::Result<void> commit() const;
+  [[nodiscard]] base::Result<void> check_version(const std::filesystem::path& path, int user_version) const;
   sqlite3* handle_;
 };
 

@@ -44,6 +44,7 @@ class Program {
     EXPECT_EQ(::kill(pid_, number), 0);
     return wait();
   }
+  [[nodiscard]] pid_t pid() const { return pid_; }
   int wait() {
     int status = 0;
     EXPECT_EQ(::waitpid(pid_, &status, 0), pid_);

@@ -54,6 +54,8 @@ class RunningRig {
     return status;
   }
 
+  [[nodiscard]] pid_t pid() const { return rigd_->pid(); }
+
   protocol::Reply ask(const protocol::Request& request) {
     auto reply = client_->ask(request, kPatience);
     EXPECT_TRUE(reply.has_value()) << reply.error().text() << "\n" << log();

@@ -56,7 +56,7 @@ class JournalDamage : public ::testing::Test {
       EXPECT_EQ(journal.error().code, ErrorCode::damaged) << journal.error().text();
       EXPECT_EQ(journal.error().where, path().string());
       EXPECT_THAT(journal.error().what, HasSubstr(said));
-      EXPECT_THAT(journal.error().hint, HasSubstr("copy"));
+      EXPECT_THAT(journal.error().hint, HasSubstr("rig scan recover"));
     }
   }
 

@@ -181,6 +181,11 @@ TEST(Bracket, ARetakeIsExchangedForTheTakeBefore) {
   scan.take(1);
   scan.store(1, 0, 2);
   scan.publish(1);
+  EXPECT_EQ(scan.frames(),
+            (std::set<std::string>{"000001", "000001/00.tif", "000001.part", "000001.part/00.tif",
+                                   "000001.part/01.tif", "000001.part/02.tif"}))
+      << "the take before is there until the journal knows the new one";
+  ASSERT_TRUE(discard_bracket(scan.path(), 1).has_value());
   // Not a mixture of both: the retake has one frame.
   EXPECT_EQ(scan.frames(), (std::set<std::string>{"000001", "000001/00.tif"}));
   EXPECT_EQ(read_frame(scan.frame(1, 0)).value().pixels, SmallScan::pixels(1, 0, 2));
