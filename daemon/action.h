@@ -31,6 +31,7 @@ struct PollAxis {
 struct ArmCamera {};
 struct TriggerCamera {
   double exposure_s;
+  std::uint64_t exposure;  ///< returned with CameraTriggered
 };
 struct FetchFrame {
   JointAngles angles_rad;  ///< where the rig stood, for the sample's outline

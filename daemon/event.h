@@ -49,6 +49,10 @@ struct DeviceFailed {
 };
 /// The camera did what it was asked by ProbeCamera.
 struct CameraAnswered {};
+/// The camera took the trigger: the exposure begins.
+struct CameraTriggered {
+  std::uint64_t exposure;
+};
 struct FrameNotReady {
   std::uint64_t exposure = 0;  ///< of the FetchFrame it answers
 };
@@ -96,8 +100,8 @@ struct EndRequested {};   ///< SIGTERM
 
 using What = std::variant<Tick, RequestReceived, AxisPolled, LightPolled, LinesRead, DeviceFailed,
                           FrameNotReady, FrameFetched, FrameStored, PoseCommitted, JobCreated, JobOpened,
-                          StorageFailed, EndRequested, CameraAnswered, DiskRead, ClientRevoked, Heartbeat,
-                          StatisticsDue>;
+                          StorageFailed, EndRequested, CameraAnswered, DiskRead, ClientRevoked, CameraTriggered,
+                          Heartbeat,                           StatisticsDue>;
 
 struct Event {
   Time time{};

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/units.h"
+#include "daemon/exposing.h"
 #include "daemon/exposure_strategy.h"
 #include "daemon/messages.h"
 #include "daemon/safety.h"
@@ -14,7 +15,6 @@ using base::seconds;
 namespace {
 
 constexpr double kSmoothing = 0.1;       // of the time a pose takes
-constexpr double kFramePatience_s = 10;  // beyond exposure and readout
 
 void pick_job(State& state, Actions& actions) {
   const auto with = [&state](JobEntry::State wanted) -> JobEntry* {
@@ -112,16 +112,7 @@ void start_pose(const Setup& setup, State& state, Actions& actions) {
 void expose(const Setup& setup, State& state, Actions& actions, const NextExposure& next) {
   PoseTake& take = *state.job->current;
   if (take.triggered == 0) actions.push_back(ArmCamera{});
-  actions.push_back(TriggerCamera{next.exposure_s});
-  PendingFrame frame;
-  frame.exposure = ++state.last_exposure;
-  frame.row = take.row;
-  frame.index = static_cast<int>(take.triggered);
-  frame.exposure_s = next.exposure_s;
-  frame.exposed = state.now + seconds(next.exposure_s);
-  frame.fetch_at = frame.exposed + seconds(setup.camera.readout_s);
-  frame.deadline = frame.fetch_at + seconds(kFramePatience_s);
-  state.frame = frame;
+  trigger_camera(setup, state, actions, next.exposure_s, take.row, static_cast<int>(take.triggered));
   ++take.triggered;
   take.complete = next.last;
 }
@@ -137,8 +128,7 @@ void advance_bracket(const Setup& setup, State& state, Actions& actions) {
   PoseTake& take = *job.current;
   if (take.arrived == Time{}) return;
   if (state.frame) {
-    const bool exposed = state.now >= state.frame->exposed;
-    if (take.complete && exposed && setup.camera.overlaps_motion && !job.storing) hand_over(state);
+    if (take.complete && is_exposed(state) && setup.camera.overlaps_motion && !job.storing) hand_over(state);
     return;
   }
   if (take.triggered == 0 && job.storing) return;  // the pose before is not safe on disk yet
@@ -160,6 +150,12 @@ void commit_when_stored(const Setup& setup, State& state, Actions& actions) {
   PoseTake& take = *state.job->storing;
   if (take.committing || !take.complete || take.frames.size() != take.triggered) return;
   const auto stored = [](const scan::FrameRecord& f) { return !f.sha256.empty(); };
+  // The light may have gone out while the last frame was exposed; conditions.cpp gives the pose back then.
+  if (take.light_asked == 0) {
+    take.light_asked = ++state.last_poll;
+    actions.push_back(PollLight{state.last_poll});
+  }
+  if (state.light_read < take.light_asked) return;
   if (!std::all_of(take.frames.begin(), take.frames.end(), stored)) return;
   take.committing = true;
   take.short_share = shortfall(setup, state.job->config->exposure, take);

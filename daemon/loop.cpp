@@ -270,8 +270,11 @@ void Loop::carry_out(Action& action) {
           [&](const TriggerCamera& a) {
             devices_.camera_worker->queue(
                 [this, a] {
-                  if (auto ok = devices_.camera->trigger(a.exposure_s, 1); !ok)
+                  if (auto ok = devices_.camera->trigger(a.exposure_s, 1); ok) {
+                    post(CameraTriggered{a.exposure});
+                  } else {
                     post(failure("camera", ok.error()));
+                  }
                 },
                 0, deadline("camera: a trigger", setup_.rig.deadlines.camera_s));
           },

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "core/base/units.h"
+#include "daemon/exposing.h"
 #include "daemon/job.h"
 #include "daemon/lease.h"
 #include "daemon/messages.h"
@@ -18,8 +19,6 @@ using base::Result;
 using protocol::Request;
 
 namespace {
-
-constexpr double kFramePatience_s = 10;
 
 // Looking and stopping are for everyone.
 bool needs_operator(const Request& request) {
@@ -133,15 +132,8 @@ void snap(const Work& w, const protocol::Snap& command) {
                                 w.setup.rig.camera.max_exposure_s * 1e6));
   }
   w.state.snap = Snap{w.asker, command.full()};
-  PendingFrame frame;
-  frame.exposure = ++w.state.last_exposure;
-  frame.exposure_s = exposure_s;
-  frame.exposed = w.state.now + base::seconds(exposure_s);
-  frame.fetch_at = frame.exposed + base::seconds(w.setup.camera.readout_s);
-  frame.deadline = frame.fetch_at + base::seconds(kFramePatience_s);
-  w.state.frame = frame;
   w.actions.push_back(ArmCamera{});
-  w.actions.push_back(TriggerCamera{exposure_s});
+  trigger_camera(w.setup, w.state, w.actions, exposure_s, -1, 0);
 }
 
 void submit_job(const Work& w, const protocol::SubmitJob& command) {

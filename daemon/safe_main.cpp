@@ -9,6 +9,7 @@
 #include "core/base/log.h"
 #include "daemon/journal_log.h"
 #include "daemon/make_safe.h"
+#include "daemon/state_db.h"
 
 namespace {
 

@@ -84,6 +84,7 @@ struct PoseTake {
   std::optional<double> short_share;  ///< of an adaptive bracket: pixels that miss the ratio asked for
   std::size_t triggered = 0;
   bool complete = false;  ///< no further exposure follows
+  std::uint64_t light_asked = 0;  ///< the look at the light after the last frame; 0: not yet
   bool committing = false;
   std::vector<scan::EventRecord> events;  ///< told of this take so far; they go into the journal with it
 };
@@ -94,11 +95,12 @@ struct PendingFrame {
   std::int64_t row = -1;       ///< -1: a snap
   int index = 0;
   double exposure_s = 0;
-  Time exposed{};  ///< end of the exposure
+  bool exposing = false;  ///< the camera took the trigger; the times below are known
+  Time exposed{};         ///< end of the exposure
   Time fetch_at{};
   Time deadline{};
   bool fetching = false;
-  Time answer_by{};  ///< of the fetch
+  Time answer_by{};  ///< of the trigger, then of the fetch
 };
 
 struct JobEntry {

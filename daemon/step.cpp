@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "daemon/conditions.h"
+#include "daemon/exposing.h"
 #include "daemon/frame_check.h"
 #include "daemon/job.h"
 #include "daemon/lease.h"
@@ -98,6 +99,8 @@ struct Handler {
     publish(state, actions, std::move(alarm));
   }
 
+  void operator()(const CameraTriggered& event) const { on_camera_triggered(setup, state, event); }
+
   void operator()(const FrameNotReady& event) const {
     if (!state.frame || state.frame->exposure != event.exposure) return;
     state.frame->fetching = false;
@@ -184,7 +187,7 @@ void look_at_disk(State& state, Actions& actions) {
 
 void fetch_frame(const Setup& setup, State& state, Actions& actions) {
   if (!state.frame) return;
-  if (state.frame->fetching) {
+  if (state.frame->fetching || !state.frame->exposing) {
     if (state.now >= state.frame->answer_by)
       stop_everything(setup, state, actions, "the camera does not answer");
     return;
@@ -239,8 +242,9 @@ std::optional<Wake> next_wake(const State& state) {
     consider(answers_awaited(*state.motion) ? state.motion->answer_by : state.motion->poll_at);
   }
   if (state.frame) {
-    if (state.now < state.frame->exposed) consider(state.frame->exposed);
-    consider(state.frame->fetching ? state.frame->answer_by : state.frame->fetch_at);
+    const PendingFrame& frame = *state.frame;
+    if (frame.exposing && state.now < frame.exposed) consider(frame.exposed);
+    consider(frame.fetching || !frame.exposing ? frame.answer_by : frame.fetch_at);
   }
   if (state.job) {
     const bool suspended = state.job->suspended;

@@ -63,16 +63,19 @@ Result<fs::path> SocketFolder::make_way(const char* file) const {
 }
 
 Result<void> give_to_group(const fs::path& socket, const std::string& group) {
+  std::error_code already_gone;
   auto gid = static_cast<gid_t>(-1);  // left as it is
   if (!group.empty()) {
     const auto found = group_named(group);
-    if (!found) return base::pass(found);
+    if (!found) {
+      fs::remove(socket, already_gone);
+      return base::pass(found);
+    }
     gid = *found;
   }
   if (::chown(socket.c_str(), static_cast<uid_t>(-1), gid) == 0 && ::chmod(socket.c_str(), 0660) == 0)
     return {};
   const int error = errno;
-  std::error_code already_gone;
   fs::remove(socket, already_gone);
   return fail(ErrorCode::io, fmt::format("cannot give the socket to its group: {}", std::strerror(error)),
               socket.string(),

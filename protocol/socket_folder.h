@@ -29,7 +29,7 @@ class SocketFolder {
 };
 
 /// Lets the group connect to a socket that its owner alone may connect to; empty: the group of this process.
-/// not_found for a group that is not there; where it cannot be given the socket file is removed.
+/// not_found for a group that is not there; the socket file is removed where it cannot be given.
 [[nodiscard]] base::Result<void> give_to_group(const std::filesystem::path& socket, const std::string& group);
 
 }  // namespace rig::protocol

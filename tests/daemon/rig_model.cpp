@@ -267,6 +267,13 @@ void RigModel::fetch(std::uint64_t exposure) {
   if (!exposing_) return answer(DeviceFailed{"no exposure was triggered"});
   const bool ready = now_ >= exposing_->first + seconds(exposing_->second + setup_.camera.readout_s);
   if (!ready || slots_.size() >= kSlots || chance(faults.garbage)) return answer(FrameNotReady{exposure});
+  if (state_.frame && state_.frame->exposure == exposure && state_.frame->row >= 0) {
+    const base::Time over = exposing_->first + seconds(exposing_->second);
+    for (const Drive& drive : drives_) {
+      const bool moved = drive.end > drive.start && drive.end > exposing_->first && drive.start < over;
+      expect(!moved, "an axis moved while the camera exposed");
+    }
+  }
   const FrameSlot slot{next_slot_++};
   slots_.insert(slot.index);
   auto histogram = std::make_shared<SampleHistogram>();
@@ -439,7 +446,10 @@ void RigModel::carry_out(const Action& action) {
     on_channel(kCamera, [this] { exposing_.reset(); });
   } else if (const auto* trigger = std::get_if<TriggerCamera>(&action)) {
     check_trigger();
-    on_channel(kCamera, [this, t = *trigger] { exposing_ = {now_, t.exposure_s}; });
+    on_channel(kCamera, [this, t = *trigger] {
+      exposing_ = {now_, t.exposure_s};
+      answer(CameraTriggered{t.exposure});
+    });
   } else if (const auto* wanted = std::get_if<FetchFrame>(&action)) {
     on_channel(kCamera, [this, exposure = wanted->exposure] { fetch(exposure); });
   } else if (std::holds_alternative<ProbeCamera>(action)) {

@@ -113,7 +113,7 @@ TEST(Installation, BringsProgramsModulesPagesAndUnits) {
 
 TEST(Manual, SaysWhatTheProgramSaysAndMore) {
   const std::string page = bytes_in(RIG_BINARY_DIR "/man/rigd.8");
-  EXPECT_THAT(page, AllOf(HasSubstr("rigd \\- the daemon"), HasSubstr("\\-\\-check"),
+  EXPECT_THAT(page, AllOf(HasSubstr("rigd - the daemon"), HasSubstr("\\-\\-check"),
                           HasSubstr("/etc/rigd/rig.toml"), HasSubstr("SIGTERM")));
   EXPECT_THAT(bytes_in(RIG_BINARY_DIR "/man/rig.1"),
               AllOf(HasSubstr("\\-\\-until\\-idle"), HasSubstr("RIG_ENDPOINT")));
