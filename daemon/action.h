@@ -77,6 +77,11 @@ struct CheckSpace {  ///< the storage adds what the disk says, and answers
   std::string scan_folder;
   double margin_bytes;
 };
+struct SendFramePiece {  ///< the storage reads it and answers
+  Asker asker;
+  std::string scan_folder;
+  protocol::GetFrame wanted;
+};
 struct SendReport {
   Asker asker;
   protocol::JobInfo job;
@@ -104,6 +109,20 @@ struct RecordFailure {
   bool abandon;
   std::vector<scan::EventRecord> events;
 };
+struct JudgeLook {  ///< the storage looks at the frame, keeps that of a reference visit, and releases it
+  FrameSlot slot;
+  std::uint64_t exposure;
+  Visit::Kind kind;
+  std::int64_t visit;  ///< number of a reference visit
+  std::string name;    ///< of the look
+  drivers::FrameInfo info;
+  JointAngles target_rad, readback_rad;
+  std::shared_ptr<const PlaceReference> place;
+};
+struct RecordVisit {
+  scan::VisitRecord visit;
+  bool retake;  ///< the poses since the last good visit are pending again
+};
 struct SaveStop {
   std::string reason;  ///< empty: cleared
 };
@@ -128,6 +147,7 @@ struct ReplyWithFrame {  ///< the loop adds the pixels of the slot and releases 
   drivers::FrameInfo info;
   double saturated_share;
   bool full;
+  int preview_width;
 };
 struct ReplyWithMetrics {  ///< the loop adds the numbers
   Asker asker;
@@ -136,7 +156,7 @@ struct LogStatistics {};  ///< the same numbers as one line of the log
 struct SubscribeClient {
   Asker asker;
   std::uint64_t epoch, after;
-  bool previews;
+  std::optional<protocol::PreviewWish> previews;
 };
 struct UnsubscribeClient {
   protocol::ClientId client;
@@ -159,7 +179,7 @@ using Action =
                  StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, ReleaseFrame, SendReply,
                  ReplyWithFrame, SubscribeClient, UnsubscribeClient, Publish, PublishPreview, ProbeCamera,
                  SaveOrder, PollDisk, SaveLease, KeepEvent, CheckSpace, SendReport, TellOfJob, AskStorage,
-                 ReplyWithMetrics, LogStatistics>;
+                 JudgeLook, RecordVisit, SendFramePiece, ReplyWithMetrics, LogStatistics>;
 using Actions = std::vector<Action>;
 
 }  // namespace rig::daemon

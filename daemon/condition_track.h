@@ -18,8 +18,10 @@ enum class Condition {
   temperature,
   held,
   sample_change,
+  reference,
+  room_not_dark,
 };
-inline constexpr std::size_t kConditionCount = 8;
+inline constexpr std::size_t kConditionCount = 10;
 
 struct ConditionTrack {
   bool on = false;

@@ -65,7 +65,8 @@ Signal light_signal(const Setup& setup, const State& state, const JobEntry& /*jo
   const double off = std::abs(light.level - 1);
   Signal signal;
   signal.leave = light.on && light.warm && (!setup.light.has_level || off <= 0.5 * band);
-  if (state.job->phase == ActiveJob::Phase::running) {
+  // A visit shuts the shutter itself, and judges the light by its frames.
+  if (state.job->phase == ActiveJob::Phase::running && !state.job->visit) {
     signal.enter = true;
     if (!light.on) {
       signal.reason = "the light went out";
@@ -127,6 +128,21 @@ Signal sample_change_signal(const Setup& /*setup*/, const State& /*state*/, cons
           fmt::format("put the sample '{}' on the carrier, then release the job", job.sample)};
 }
 
+Signal bad_visit_signal(const State& state, bool room_dark) {
+  if (!state.job) return {};
+  const auto& bad = state.job->bad_visit;
+  const bool on = bad && bad->room_dark == room_dark;
+  return {on, !on, on ? bad->what : std::string()};
+}
+
+Signal reference_signal(const Setup& /*setup*/, const State& state, const JobEntry& /*job*/) {
+  return bad_visit_signal(state, true);
+}
+
+Signal room_signal(const Setup& /*setup*/, const State& state, const JobEntry& /*job*/) {
+  return bad_visit_signal(state, false);
+}
+
 using base::WaitFor;
 constexpr std::array<Rule, kConditionCount> kRules{{
     // condition, name, signal, enter_s, leave_s, limited, way, waits
@@ -140,6 +156,8 @@ constexpr std::array<Rule, kConditionCount> kRules{{
     {Condition::held, "held", held_signal, 0, 0, false, Way::after_pose, WaitFor::person},
     {Condition::sample_change, "sample change", sample_change_signal, 0, 0, false, Way::after_pose,
      WaitFor::person},
+    {Condition::reference, "reference", reference_signal, 0, 0, true, Way::at_once, WaitFor::rig},
+    {Condition::room_not_dark, "room not dark", room_signal, 0, 0, true, Way::at_once, WaitFor::rig},
 }};
 
 const Rule& rule_of(Condition condition) {

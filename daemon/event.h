@@ -82,6 +82,26 @@ struct JobOpened {
   std::shared_ptr<const machine::JobConfig> config;
   std::vector<scan::PlanRow> pending;
   scan::ScanProgress progress;
+  scan::VisitsSoFar visits{};
+  std::shared_ptr<const PlaceReference> place{};  ///< null: nothing to compare with
+  std::string not_checked{};  ///< why the sample's place cannot be checked; empty: it can, or need not be
+};
+/// What a frame of a visit shows.
+struct LookFinding {
+  scan::LookRecord record;  ///< of a reference visit
+  std::vector<int> tags;    ///< of the others: the ids that are seen
+  std::string moved;        ///< of a look at the place: what moved; empty: nothing
+};
+struct LookJudged {
+  std::uint64_t exposure;
+  base::Result<LookFinding> finding;
+};
+/// A reference visit is in the journal.
+struct VisitRecorded {
+  scan::VisitRecord visit;
+  std::vector<std::int64_t> again;     ///< rows that are pending again
+  std::vector<scan::PlanRow> pending;  ///< all that are, where `again` is not empty
+  scan::ScanProgress progress;
 };
 /// The job cannot go on: its files are damaged or its disk refuses.
 struct StorageFailed {
@@ -100,8 +120,8 @@ struct EndRequested {};   ///< SIGTERM
 
 using What = std::variant<Tick, RequestReceived, AxisPolled, LightPolled, LinesRead, DeviceFailed,
                           FrameNotReady, FrameFetched, FrameStored, PoseCommitted, JobCreated, JobOpened,
-                          StorageFailed, EndRequested, CameraAnswered, DiskRead, ClientRevoked, CameraTriggered,
-                          Heartbeat,                           StatisticsDue>;
+                          StorageFailed, EndRequested, CameraAnswered, DiskRead, ClientRevoked,
+                          CameraTriggered, LookJudged, VisitRecorded, Heartbeat, StatisticsDue>;
 
 struct Event {
   Time time{};

@@ -6,6 +6,7 @@
 #include "daemon/job.h"
 #include "daemon/messages.h"
 #include "daemon/safety.h"
+#include "daemon/visit.h"
 
 namespace rig::daemon {
 
@@ -69,11 +70,12 @@ void refuse_frame(const Setup& setup, State& state, Actions& actions, const std:
   }
   state.frame.reset();
   actions.push_back(AbortCamera{});
-  if (state.snap && pending.row < 0) {
+  if (state.snap && pending.row == kSnapRow) {
     actions.push_back(SendReply{state.snap->asker.client,
                                 make_reply(state.snap->asker.id, protocol::FAILED, "the frame: " + reason)});
     state.snap.reset();
   }
+  if (pending.row == kVisitRow) on_visit_frame_refused(state, actions, "a frame: " + reason);
   if (pending.row >= 0 && state.job) on_job_frame_refused(state, actions, pending, "a frame: " + reason);
 }
 

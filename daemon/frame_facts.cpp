@@ -62,6 +62,22 @@ double saturated_share(const machine::CameraConfig& camera, std::span<const std:
   return seen == 0 ? 0 : static_cast<double>(saturated) / static_cast<double>(seen);
 }
 
+std::optional<double> mean_above_black_dn(const machine::CameraConfig& camera,
+                                          std::span<const std::uint16_t> pixels,
+                                          const std::vector<geometry::Vec2>& polygon) {
+  constexpr auto kGreen = 1;
+  const bool mosaic = camera.bayer != geometry::BayerPattern::none;
+  double sum = 0;
+  std::size_t seen = 0;
+  for_each_inside(camera, polygon, [&](int x, int y, std::size_t i) {
+    if (mosaic && static_cast<int>(geometry::colour_at(camera.bayer, x, y)) != kGreen) return;
+    sum += pixels[i];
+    ++seen;
+  });
+  if (seen == 0) return std::nullopt;
+  return sum / static_cast<double>(seen) - camera.sensor.black_dn;
+}
+
 SampleHistogram sample_histogram(const machine::CameraConfig& camera, std::span<const std::uint16_t> pixels,
                                  const std::vector<geometry::Vec2>& polygon) {
   const auto top = static_cast<std::size_t>(std::ceil(std::clamp(camera.sensor.saturation_dn, 0.0, 65535.0)));

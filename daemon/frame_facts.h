@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,6 +18,12 @@ namespace rig::daemon {
 [[nodiscard]] double saturated_share(const machine::CameraConfig& camera,
                                      std::span<const std::uint16_t> pixels,
                                      const std::vector<geometry::Vec2>& polygon);
+
+/// Mean of the pixels inside the polygon (all where it is empty) above the black level, in DN: of the green
+/// ones of a mosaic, of all of a grey sensor. Nothing where none is inside.
+[[nodiscard]] std::optional<double> mean_above_black_dn(const machine::CameraConfig& camera,
+                                                        std::span<const std::uint16_t> pixels,
+                                                        const std::vector<geometry::Vec2>& polygon);
 
 /// The raw values of the pixels inside the polygon, colour by colour; of the whole image where it is empty.
 [[nodiscard]] SampleHistogram sample_histogram(const machine::CameraConfig& camera,

@@ -7,6 +7,7 @@
 #include "daemon/exposure_strategy.h"
 #include "daemon/messages.h"
 #include "daemon/safety.h"
+#include "daemon/visit.h"
 
 namespace rig::daemon {
 
@@ -14,7 +15,7 @@ using base::seconds;
 
 namespace {
 
-constexpr double kSmoothing = 0.1;       // of the time a pose takes
+constexpr double kSmoothing = 0.1;  // of the time a pose takes
 
 void pick_job(State& state, Actions& actions) {
   const auto with = [&state](JobEntry::State wanted) -> JobEntry* {
@@ -165,16 +166,18 @@ void commit_when_stored(const Setup& setup, State& state, Actions& actions) {
 // What an operator does meanwhile goes on.
 void stop_own_work(State& state, Actions& actions) {
   if (state.motion && !state.motion->asker) stop_axes(state, actions);
-  if (state.frame && state.frame->row >= 0) {
+  if (state.frame && state.frame->row != kSnapRow) {
     actions.push_back(AbortCamera{});
     state.frame.reset();
   }
+  state.job->visit.reset();  // it is made anew
 }
 
 // Finishes what is in flight, then leaves the rig as it may stand for hours.
 void rest(const Setup& setup, State& state, Actions& actions) {
   ActiveJob& job = *state.job;
   if (job.resting || job.phase == ActiveJob::Phase::opening) return;
+  if (job.visit) stop_own_work(state, actions);
   if (job.current) advance_bracket(setup, state, actions);
   if (job.storing) commit_when_stored(setup, state, actions);
   if (job.current || job.storing || state.motion || state.frame) return;
@@ -229,6 +232,11 @@ void advance_job(const Setup& setup, State& state, Actions& actions) {
   }
   if (job.current) advance_bracket(setup, state, actions);
   if (job.storing) commit_when_stored(setup, state, actions);
+  if (!job.current && visit_comes_first(setup, state)) {
+    if (!job.storing) advance_visit(setup, state, actions);
+    // Put off, it no longer comes first.
+    if (job.phase != ActiveJob::Phase::running || visit_comes_first(setup, state)) return;
+  }
   if (!job.current && !job.rows.empty() && !state.motion && !state.snap && state.now >= job.not_before) {
     const bool referenced = std::all_of(state.axes.begin(), state.axes.end(),
                                         [](const AxisTrack& axis) { return axis.last.homed; });
@@ -243,7 +251,7 @@ void advance_job(const Setup& setup, State& state, Actions& actions) {
   }
 }
 
-void on_job_opened(State& state, Actions& actions, const JobOpened& opened) {
+void on_job_opened(const Setup& setup, State& state, Actions& actions, const JobOpened& opened) {
   // Opened twice where a stop came between: only the first answer begins.
   if (!state.job || state.job->id != opened.id || state.job->phase != ActiveJob::Phase::opening) return;
   JobEntry* entry = find_job(state, opened.id);
@@ -253,11 +261,14 @@ void on_job_opened(State& state, Actions& actions, const JobOpened& opened) {
   state.job->config = opened.config;
   state.job->rows.assign(opened.pending.begin(), opened.pending.end());
   state.job->phase = ActiveJob::Phase::homing;
+  plan_visits(setup, state, actions, opened);
   publish_job(state, actions, *entry);
 }
 
-void on_job_motion_end(const Setup& /*setup*/, State& state, Actions& actions, const MotionEnd& end) {
-  if (!state.job || end.kind == Motion::Kind::homing || !state.job->current) return;
+void on_job_motion_end(const Setup& setup, State& state, Actions& actions, const MotionEnd& end) {
+  if (!state.job || end.kind == Motion::Kind::homing) return;
+  if (state.job->visit) return on_visit_motion_end(setup, state, actions, end);
+  if (!state.job->current) return;
   PoseTake& take = *state.job->current;
   if (!end.failure.empty()) {
     fail_pose(state, actions, end.failure);
@@ -335,6 +346,8 @@ void on_pose_committed(const Setup& /*setup*/, State& state, Actions& actions,
   const auto short_share = job.storing->short_share;
   job.storing.reset();
   ++entry.done;
+  ++job.committed;
+  ++job.visits.poses_since_good;
   const double took = base::to_seconds(state.now - job.last_commit);
   job.seconds_per_pose += (job.seconds_per_pose == 0 ? 1 : kSmoothing) * (took - job.seconds_per_pose);
   job.last_commit = state.now;

@@ -10,7 +10,7 @@ namespace rig::daemon {
 /// Does whatever the job can do next; called after every event.
 void advance_job(const Setup& setup, State& state, Actions& actions);
 
-void on_job_opened(State& state, Actions& actions, const JobOpened& opened);
+void on_job_opened(const Setup& setup, State& state, Actions& actions, const JobOpened& opened);
 /// The motion of a job's pose or its homing ended.
 void on_job_motion_end(const Setup& setup, State& state, Actions& actions, const MotionEnd& end);
 void on_job_frame(State& state, Actions& actions, const PendingFrame& pending, const FrameFetched& fetched);

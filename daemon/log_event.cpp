@@ -56,12 +56,12 @@ void log_event(const protocol::Event& event) {
     const auto& control = event.control_changed();
     log(LogLevel::info,
         fmt::format("control: '{}', before '{}': {}", control.holder(), control.previous(), control.reason()),
-        "control_changed",
-        {{"RIG_CLIENT", control.holder()}, {"RIG_REASON", control.reason()}});
+        "control_changed", {{"RIG_CLIENT", control.holder()}, {"RIG_REASON", control.reason()}});
   } else if (event.has_job_suspended()) {
     const auto& suspended = event.job_suspended();
     log(LogLevel::warning,
-        fmt::format("job {} is suspended, {}: {}", suspended.job(), suspended.condition(), suspended.reason()),
+        fmt::format("job {} is suspended, {}: {}", suspended.job(), suspended.condition(),
+                    suspended.reason()),
         "job_suspended",
         {{"RIG_JOB", std::to_string(suspended.job())},
          {"RIG_CONDITION", suspended.condition()},

@@ -14,7 +14,6 @@ namespace rig::daemon {
 namespace {
 
 constexpr std::size_t kRecentEvents = 20000;
-constexpr int kPreviewWidth = 400;
 
 // Groups of transactions of which the last counts (0 is none).
 BusWorker::Group motion_of(std::size_t axis) {
@@ -168,9 +167,10 @@ void Loop::hand_to_local_clients(FrameSlot slot, const drivers::FrameInfo& info)
   frames_->publish(frame, buffer);
 }
 
-protocol::Frame Loop::describe(FrameSlot slot, const drivers::FrameInfo& info, double share, bool full) {
+protocol::Frame Loop::describe(FrameSlot slot, const drivers::FrameInfo& info, double share, bool full,
+                               int preview_width) {
   const auto pixels = pool_.pixels(slot);
-  const Preview preview = make_preview(setup_.rig.camera, pixels, kPreviewWidth);
+  const Preview preview = make_preview(setup_.rig.camera, pixels, preview_width);
   protocol::Frame frame;
   frame.set_exposure_us(info.exposure_s * 1e6);
   frame.set_gain(info.gain);
@@ -350,7 +350,7 @@ void Loop::carry_out(Action& action) {
           [&](const SendReply& a) { server_->reply(a.client, a.reply); },
           [&](const ReplyWithFrame& a) {
             protocol::Reply reply = make_reply(a.asker.id, protocol::DONE);
-            *reply.mutable_frame() = describe(a.slot, a.info, a.saturated_share, a.full);
+            *reply.mutable_frame() = describe(a.slot, a.info, a.saturated_share, a.full, a.preview_width);
             pool_.release(a.slot);
             server_->reply(a.asker.client, reply);
           },
@@ -363,15 +363,16 @@ void Loop::carry_out(Action& action) {
             publish(a.event);
           },
           [&](const PublishPreview& a) {
-            if (server_->client_count() == 0) return;
-            protocol::Event event;
-            event.set_epoch(state_.epoch);
-            auto& preview = *event.mutable_preview();
-            preview.set_job(a.job);
-            preview.set_row(a.row);
-            preview.set_index(static_cast<std::uint32_t>(a.index));
-            *preview.mutable_frame() = describe(a.slot, a.info, a.saturated_share, false);
-            server_->publish_preview(event);
+            for (const int width : server_->preview_widths()) {
+              protocol::Event event;
+              event.set_epoch(state_.epoch);
+              auto& preview = *event.mutable_preview();
+              preview.set_job(a.job);
+              preview.set_row(a.row);
+              preview.set_index(static_cast<std::uint32_t>(a.index));
+              *preview.mutable_frame() = describe(a.slot, a.info, a.saturated_share, false, width);
+              server_->publish_preview(event, width);
+            }
           },
           [&](const auto& for_storage) { storage_->queue(for_storage); }},
       action);

@@ -50,7 +50,7 @@ class Loop {
   void log_statistics();
   void catch_up(const SubscribeClient& action);
   [[nodiscard]] protocol::Frame describe(FrameSlot slot, const drivers::FrameInfo& info, double share,
-                                         bool full);
+                                         bool full, int preview_width);
 
   base::Clock& clock_;
   const Setup setup_;

@@ -59,6 +59,8 @@ std::uint64_t journal_of(const protocol::Event& event) {
   if (event.has_pose_failed()) return event.pose_failed().job();
   if (event.has_job_suspended()) return event.job_suspended().job();
   if (event.has_job_released()) return event.job_released().job();
+  if (event.has_place_checked()) return event.place_checked().job();
+  if (event.has_reference_visited()) return event.reference_visited().job();
   return 0;
 }
 

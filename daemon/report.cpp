@@ -66,11 +66,36 @@ void add_suspension_event(protocol::Report& report, const protocol::Event& event
   report.set_suspended_s(report.suspended_s() + event.job_released().suspended_s());
 }
 
+// The drift of the light: each visit's patches relative to those of the first good one.
+void add_visits(protocol::Report& report, const std::vector<scan::VisitRecord>& visits) {
+  const auto patches_of = [](const scan::VisitRecord& visit) -> const std::vector<double>* {
+    for (const scan::LookRecord& look : visit.looks) {
+      if (look.name == "patches") return &look.means_dn;
+    }
+    return nullptr;
+  };
+  const std::vector<double>* first = nullptr;
+  for (const scan::VisitRecord& visit : visits) {
+    auto& told = *report.add_visits();
+    told.set_visit(visit.number);
+    told.set_time_us(microseconds(visit.when));
+    told.set_good(visit.good);
+    told.set_what(visit.what);
+    const std::vector<double>* now = patches_of(visit);
+    if (first == nullptr && visit.good) first = now;
+    if (first == nullptr || now == nullptr || now->size() != first->size() || now->empty()) continue;
+    double sum = 0;
+    for (std::size_t i = 0; i < now->size(); ++i) sum += (*now)[i] / (*first)[i];
+    told.set_level(sum / static_cast<double>(now->size()));
+  }
+}
+
 }  // namespace
 
 protocol::Report make_report(const protocol::JobInfo& job, const std::vector<scan::PlanRow>& plan,
                              const std::vector<scan::PoseRecord>& poses,
-                             const std::vector<scan::EventRecord>& events) {
+                             const std::vector<scan::EventRecord>& events,
+                             const std::vector<scan::VisitRecord>& visits) {
   protocol::Report report;
   *report.mutable_job() = job;
   std::map<std::int64_t, protocol::PoseReport*> by_row;
@@ -107,6 +132,7 @@ protocol::Report make_report(const protocol::JobInfo& job, const std::vector<sca
     if (report.begun_us() == 0 || arrived < report.begun_us()) report.set_begun_us(arrived);
     report.set_ended_us(std::max(report.ended_us(), commits.back()));
   }
+  add_visits(report, visits);
   report.set_seconds_per_pose(median_between(std::move(commits)));
   return report;
 }

@@ -13,6 +13,7 @@ namespace rig::daemon {
 [[nodiscard]] protocol::Report make_report(const protocol::JobInfo& job,
                                            const std::vector<scan::PlanRow>& plan,
                                            const std::vector<scan::PoseRecord>& poses,
-                                           const std::vector<scan::EventRecord>& events);
+                                           const std::vector<scan::EventRecord>& events,
+                                           const std::vector<scan::VisitRecord>& visits = {});
 
 }  // namespace rig::daemon

@@ -44,7 +44,9 @@ Result<protocol::Report> read_report(const protocol::JobInfo& job,
   auto events = journal->events_after(0, 0, kMostEvents);
   if (!events) return pass(events);
   events->insert(events->end(), kept.begin(), kept.end());
-  auto report = make_report(job, *plan, *poses, *events);
+  const auto visits = journal->visits();
+  if (!visits) return pass(visits);
+  auto report = make_report(job, *plan, *poses, *events, *visits);
   auto bytes = bytes_below(folder / "frames");
   if (!bytes) return pass(bytes);
   report.set_bytes_used(*bytes);

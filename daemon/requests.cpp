@@ -33,6 +33,7 @@ bool needs_operator(const Request& request) {
     case Request::kCheckJob:
     case Request::kGetReport:
     case Request::kGetMetrics:
+    case Request::kGetFrame:
       return false;
     default:
       return true;
@@ -54,6 +55,20 @@ std::optional<std::size_t> axis_named(const std::string& name) {
   const auto found = std::find(machine::kAxisNames.begin(), machine::kAxisNames.end(), name);
   if (found == machine::kAxisNames.end()) return std::nullopt;
   return static_cast<std::size_t>(found - machine::kAxisNames.begin());
+}
+
+constexpr int kLeastPreview = 16;
+constexpr int kMostPreview = 2000;
+
+int preview_width(std::uint32_t asked) {
+  if (asked == 0) return protocol::PreviewWish{}.width;
+  return static_cast<int>(std::clamp<std::uint32_t>(asked, kLeastPreview, kMostPreview));
+}
+
+std::optional<protocol::PreviewWish> preview_wish(const protocol::Subscribe& command) {
+  if (!command.previews()) return std::nullopt;
+  return protocol::PreviewWish{preview_width(command.preview_width()),
+                               std::chrono::milliseconds(command.preview_every_ms())};
 }
 
 // One request at work: what it needs, and its answer.
@@ -131,9 +146,15 @@ void snap(const Work& w, const protocol::Snap& command) {
                                 w.setup.rig.camera.min_exposure_s * 1e6,
                                 w.setup.rig.camera.max_exposure_s * 1e6));
   }
-  w.state.snap = Snap{w.asker, command.full()};
+  w.state.snap = Snap{w.asker, command.full(), preview_width(command.preview_width())};
   w.actions.push_back(ArmCamera{});
   trigger_camera(w.setup, w.state, w.actions, exposure_s, -1, 0);
+}
+
+void get_frame(const Work& w, const protocol::GetFrame& command) {
+  const JobEntry* job = find_job(w.state, command.job());
+  if (job == nullptr) return w.refuse(fmt::format("there is no job {}", command.job()));
+  w.actions.push_back(SendFramePiece{w.asker, job->scan_folder, command});
 }
 
 void submit_job(const Work& w, const protocol::SubmitJob& command) {
@@ -220,7 +241,7 @@ void on_request(const Setup& setup, State& state, Actions& actions, const Reques
       return get_status(w);
     case Request::kSubscribe:
       actions.push_back(SubscribeClient{w.asker, request.subscribe().epoch(), request.subscribe().after(),
-                                        request.subscribe().previews()});
+                                        preview_wish(request.subscribe())});
       return;
     case Request::kUnsubscribe:
       actions.push_back(UnsubscribeClient{w.asker.client});
@@ -259,6 +280,8 @@ void on_request(const Setup& setup, State& state, Actions& actions, const Reques
       return check_job(w, request.check_job());
     case Request::kGetReport:
       return get_report(w, request.get_report().job());
+    case Request::kGetFrame:
+      return get_frame(w, request.get_frame());
     case Request::kGetMetrics:
       actions.push_back(ReplyWithMetrics{w.asker});
       return;

@@ -170,7 +170,8 @@ Result<void> run(const Options& options) {
   const std::string name = setup.rig.name;
   protocol::ServerOptions listening = server_options(options, setup.rig.access);
   Notifier notifier(setup.rig.unattended.notify);
-  const machine::CameraConfig camera = setup.rig.camera;
+  const machine::RigConfig rig_config = setup.rig;
+  const machine::CameraConfig& camera = rig_config.camera;
   auto earlier = remembered_events(*db, state->jobs);
   auto pool = FramePool::make(kFrameSlots, static_cast<std::size_t>(camera.intrinsics.width) *
                                                static_cast<std::size_t>(camera.intrinsics.height));
@@ -185,7 +186,7 @@ Result<void> run(const Options& options) {
   if (!frames) return pass(frames);
   {
     Storage storage(
-        *clock, camera, std::move(*rig_toml), std::move(*db), **pool,
+        *clock, rig_config, std::move(*rig_toml), std::move(*db), **pool,
         [&loop](What what) { loop.post(std::move(what)); },
         [&server](const Action& answer) {
           const auto& reply = std::get<SendReply>(answer);

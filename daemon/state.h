@@ -26,6 +26,8 @@ using base::Time;
 using machine::JointAngles;
 using machine::kAxisCount;
 
+struct PlaceReference;
+
 /// What does not change while rigd runs.
 struct Setup {
   machine::RigConfig rig;
@@ -83,7 +85,7 @@ struct PoseTake {
   std::vector<std::shared_ptr<const SampleHistogram>> histograms;  ///< of `frames`; null where not needed
   std::optional<double> short_share;  ///< of an adaptive bracket: pixels that miss the ratio asked for
   std::size_t triggered = 0;
-  bool complete = false;  ///< no further exposure follows
+  bool complete = false;          ///< no further exposure follows
   std::uint64_t light_asked = 0;  ///< the look at the light after the last frame; 0: not yet
   bool committing = false;
   std::vector<scan::EventRecord> events;  ///< told of this take so far; they go into the journal with it
@@ -92,7 +94,7 @@ struct PoseTake {
 /// The exposure that the camera is making or reading out.
 struct PendingFrame {
   std::uint64_t exposure = 0;  ///< its number; frames of an earlier one that was stopped may still come
-  std::int64_t row = -1;       ///< -1: a snap
+  std::int64_t row = -1;       ///< of the plan, or kSnapRow, kVisitRow
   int index = 0;
   double exposure_s = 0;
   bool exposing = false;  ///< the camera took the trigger; the times below are known
@@ -101,6 +103,34 @@ struct PendingFrame {
   Time deadline{};
   bool fetching = false;
   Time answer_by{};  ///< of the trigger, then of the fetch
+};
+
+/// PendingFrame::row of what is no pose's frame.
+inline constexpr std::int64_t kSnapRow = -1;
+inline constexpr std::int64_t kVisitRow = -2;
+
+/// What a job looks at beside its poses, being made (visit.h).
+struct Visit {
+  enum class Kind {
+    place,      ///< do the fiducials stand where they stood?
+    identity,   ///< is it the sample that the job is for?
+    reference,  ///< dark frame and reference patches
+  };
+  enum class Stage { to_move, moving, to_light, lighting, to_expose, exposing, judging, recording };
+  Kind kind = Kind::reference;
+  Stage stage = Stage::to_move;
+  std::size_t look = 0;  ///< which of its frames
+  int attempts = 0;      ///< that failed
+  std::uint64_t exposure = 0;
+  std::uint64_t light_asked = 0;  ///< the poll after the shutter was set
+  std::vector<scan::LookRecord> looks;
+};
+
+/// A reference visit failed; until `again` the job is suspended.
+struct BadVisit {
+  bool room_dark = true;
+  std::string what;
+  Time again{};
 };
 
 struct JobEntry {
@@ -128,7 +158,17 @@ struct ActiveJob {
   std::uint64_t light_asked = 0;    ///< the poll that came after the light was set up for the job
   double seconds_per_pose = 0;      ///< smoothed, rig time
   Time last_commit{};
-  Time warming_since{};    ///< in the phase warming
+  Time warming_since{};  ///< in the phase warming
+  scan::VisitsSoFar visits;
+  std::shared_ptr<const PlaceReference> place;  ///< to be compared with before a pose begins; null: nothing
+  bool identity_due = false;
+  bool reference_due = false;
+  bool last_visit_skipped = false;  ///< the rig cannot go there from where the job ends
+  std::int64_t visit_after = 0;     ///< a visit is put off until so many poses are committed in this opening
+  std::int64_t committed = 0;       ///< poses, since the job was opened
+  std::optional<Visit> visit;
+  std::optional<BadVisit> bad_visit;
+  int bad_visits = 0;      ///< one after the other
   bool suspended = false;  ///< a condition is on: no pose begins
   bool resting = false;    ///< suspended, and nothing of the job is under way: the rig may be used by hand
 };
@@ -136,6 +176,7 @@ struct ActiveJob {
 struct Snap {
   Asker asker;
   bool full = false;
+  int preview_width = protocol::PreviewWish{}.width;
 };
 
 /// Who was heard of, in wall time.

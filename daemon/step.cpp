@@ -13,6 +13,7 @@
 #include "daemon/queue.h"
 #include "daemon/requests.h"
 #include "daemon/safety.h"
+#include "daemon/visit.h"
 
 namespace rig::daemon {
 
@@ -124,21 +125,25 @@ struct Handler {
     state.frame.reset();
     state.last_frame = event.info.counter;
     state.frames_refused = 0;
-    if (pending.row < 0 && state.snap) {
-      actions.push_back(
-          ReplyWithFrame{state.snap->asker, event.slot, event.info, event.saturated_share, state.snap->full});
+    if (pending.row == kSnapRow && state.snap) {
+      actions.push_back(ReplyWithFrame{state.snap->asker, event.slot, event.info, event.saturated_share,
+                                       state.snap->full, state.snap->preview_width});
       state.snap.reset();
     } else if (pending.row >= 0 && state.job) {
       on_job_frame(state, actions, pending, event);
+    } else if (pending.row == kVisitRow) {
+      on_visit_frame(setup, state, actions, event);
     } else {
       actions.push_back(ReleaseFrame{event.slot});
     }
   }
 
+  void operator()(const LookJudged& event) const { on_look_judged(setup, state, actions, event); }
+  void operator()(const VisitRecorded& event) const { on_visit_recorded(setup, state, actions, event); }
   void operator()(const FrameStored& event) const { on_frame_stored(state, event); }
   void operator()(const PoseCommitted& event) const { on_pose_committed(setup, state, actions, event); }
   void operator()(const JobCreated& event) const { on_job_created(state, actions, event); }
-  void operator()(const JobOpened& event) const { on_job_opened(state, actions, event); }
+  void operator()(const JobOpened& event) const { on_job_opened(setup, state, actions, event); }
 
   // The job stays active: once its cause is mended and the stop is cleared, it goes on.
   void operator()(const StorageFailed& event) const {
@@ -216,6 +221,7 @@ Step step(const Setup& setup, State state, const Event& event) {
   out.state.wall = std::max(out.state.wall, event.wall);
   const auto mode = mode_of(out.state);
   std::visit(Handler{setup, out.state, out.actions}, event.what);
+  end_pause_after_bad_visit(out.state);
   watch_conditions(setup, out.state, out.actions);
   advance_parking(setup, out.state, out.actions);
   release_silent(setup, out.state, out.actions);
@@ -251,7 +257,7 @@ std::optional<Wake> next_wake(const State& state) {
     if (state.job->not_before > state.now && !suspended) consider(state.job->not_before);
     // A lamp that warms up is waited for at the rig's pace, look by look; so is what suspends a job, unless a
     // person has to end it.
-    const bool looks = state.job->phase != ActiveJob::Phase::running;
+    const bool looks = state.job->phase != ActiveJob::Phase::running || state.job->visit;
     if (suspended ? waits_for_rig(state) : looks) wake.kind = base::WaitFor::rig;
   }
   if (state.parking) wake.kind = base::WaitFor::rig;

@@ -1,19 +1,24 @@
 #include "daemon/storage.h"
 
+#include "core/base/files.h"
 #include "core/base/log.h"
 #include "core/scan/scan_directory.h"
+#include "daemon/frame_piece.h"
+#include "daemon/look.h"
 #include "daemon/messages.h"
+#include "daemon/place.h"
 #include "daemon/report_files.h"
 #include "protocol/report_text.h"
 
 namespace rig::daemon {
 
+using base::pass;
 using base::Result;
 
-Storage::Storage(base::Clock& clock, const machine::CameraConfig& camera, std::string rig_toml, StateDb db,
+Storage::Storage(base::Clock& clock, const machine::RigConfig& rig, std::string rig_toml, StateDb db,
                  FramePool& pool, Report report, PassOn pass_on, Tell tell)
     : clock_(clock),
-      camera_(camera),
+      rig_(rig),
       rig_toml_(std::move(rig_toml)),
       db_(std::move(db)),
       pool_(pool),
@@ -54,6 +59,7 @@ void Storage::carry_out(const Action& action) {
   if (std::holds_alternative<PollDisk>(action)) return poll_disk();
   if (const auto* event = std::get_if<KeepEvent>(&action)) return keep_event(*event);
   if (const auto* space = std::get_if<CheckSpace>(&action)) return check_space(*space);
+  if (const auto* asked = std::get_if<SendFramePiece>(&action)) return send_frame_piece(*asked);
   if (const auto* asked = std::get_if<SendReport>(&action)) return send_report(*asked);
   if (const auto* job = std::get_if<TellOfJob>(&action)) return tell_of_job(*job);
   if (const auto* stop = std::get_if<SaveStop>(&action)) return check(db_.save_stopped(stop->reason));
@@ -68,6 +74,8 @@ void Storage::carry_out(const Action& action) {
       check(journal_->record_failure(failure->row, failure->reason, failure->abandon, failure->events));
     return;
   }
+  if (const auto* look = std::get_if<JudgeLook>(&action)) return judge_look(*look);
+  if (const auto* visit = std::get_if<RecordVisit>(&action)) return record_visit(*visit);
   if (std::holds_alternative<SendReply>(action)) return pass_on_(action);
   if (const auto* ask = std::get_if<AskStorage>(&action)) return ask->answer();
   base::log_error("an action came to the storage that does not belong there");
@@ -139,6 +147,14 @@ Result<protocol::Report> Storage::report_of(const protocol::JobInfo& job) {
   return read_report(job, *kept);
 }
 
+void Storage::send_frame_piece(const SendFramePiece& action) {
+  auto piece = read_frame_piece(action.scan_folder, action.wanted);
+  auto reply = make_reply(action.asker.id, piece ? protocol::DONE : protocol::FAILED,
+                          piece ? std::string() : piece.error().text());
+  if (piece) *reply.mutable_frame_piece() = std::move(*piece);
+  pass_on_(daemon::SendReply{action.asker.client, std::move(reply)});
+}
+
 void Storage::send_report(const SendReport& action) {
   auto report = report_of(action.job);
   auto reply = make_reply(action.asker.id, report ? protocol::DONE : protocol::FAILED,
@@ -201,9 +217,22 @@ void Storage::open_job(const OpenJob& action) {
     if (!pending) return base::pass(pending);
     auto progress = journal->progress();
     if (!progress) return base::pass(progress);
+    auto visits = journal->visits_so_far();
+    if (!visits) return pass(visits);
+    JobOpened opened_job{action.id,
+                         std::make_shared<const machine::JobConfig>(std::move(*config)),
+                         std::move(*pending),
+                         *progress,
+                         std::move(*visits),
+                         {},
+                         {}};
+    if (auto place = find_place(scan_, *journal, rig_); place) {
+      opened_job.place = std::move(*place);
+    } else {
+      opened_job.not_checked = place.error().text();
+    }
     journal_ = std::move(*journal);
-    return JobOpened{action.id, std::make_shared<const machine::JobConfig>(std::move(*config)),
-                     std::move(*pending), *progress};
+    return opened_job;
   };
   auto result = opened();
   if (result) {
@@ -238,19 +267,61 @@ void Storage::store_frame(const StoreFrame& action) {
   facts.readback_rad = action.pose.readback_rad;
   facts.exposure_s = action.frame.exposure_s;
   facts.gain = action.frame.gain;
-  facts.bayer = geometry::text_from_bayer(camera_.bayer);
-  facts.bits = camera_.sensor.bits;
+  facts.bayer = geometry::text_from_bayer(rig_.camera.bayer);
+  facts.bits = rig_.camera.sensor.bits;
   if (!scan_is_there()) {
     pool_.release(action.slot);
     return;
   }
-  const auto hash = scan::store_frame(scan_, facts, camera_.intrinsics.width, camera_.intrinsics.height,
-                                      pool_.pixels(action.slot).data());
+  const auto hash = scan::store_frame(scan_, facts, rig_.camera.intrinsics.width,
+                                      rig_.camera.intrinsics.height, pool_.pixels(action.slot).data());
   pool_.release(action.slot);
   if (hash) {
     report_(FrameStored{facts.row, facts.index, *hash, action.pose.number});
   } else {
     report_(StorageFailed{hash.error().text()});
+  }
+}
+
+void Storage::judge_look(const JudgeLook& action) {
+  if (action.kind == Visit::Kind::reference && !scan_is_there()) {
+    pool_.release(action.slot);
+    return;
+  }
+  auto finding = judge(rig_, scan_, action, pool_.pixels(action.slot));
+  pool_.release(action.slot);
+  report_(LookJudged{action.exposure, std::move(finding)});
+}
+
+void Storage::record_visit(const RecordVisit& action) {
+  if (!scan_is_there()) return;
+  const auto recorded = [&]() -> Result<VisitRecorded> {
+    if (!journal_) return base::fail(base::ErrorCode::io, "no journal is open", scan_.string());
+    VisitRecorded out{action.visit, {}, {}, {}};
+    if (!out.visit.looks.empty()) {
+      if (auto ok = scan::publish_visit(scan_, out.visit.number); !ok) return pass(ok);
+    }
+    auto again = journal_->record_visit(out.visit, action.retake, {});
+    if (!again) return pass(again);
+    out.again = std::move(*again);
+    for (const std::int64_t row : out.again) {
+      if (auto ok = base::remove_tree(scan::frames_folder(scan_, row)); !ok) return pass(ok);
+    }
+    if (!out.again.empty()) {
+      auto pending = journal_->pending(0, static_cast<std::size_t>(-1) / 2);
+      if (!pending) return pass(pending);
+      out.pending = std::move(*pending);
+    }
+    const auto progress = journal_->progress();
+    if (!progress) return pass(progress);
+    out.progress = *progress;
+    return out;
+  };
+  auto result = recorded();
+  if (result) {
+    report_(std::move(*result));
+  } else {
+    report_(StorageFailed{result.error().text()});
   }
 }
 

@@ -23,7 +23,7 @@ class Storage {
   using Tell = std::function<void(std::string occasion, std::string report)>;
 
   /// `rig_toml` is the text of the file rigd runs on, copied into every scan.
-  Storage(base::Clock& clock, const machine::CameraConfig& camera, std::string rig_toml, StateDb db,
+  Storage(base::Clock& clock, const machine::RigConfig& rig, std::string rig_toml, StateDb db,
           FramePool& pool, Report report, PassOn pass_on, Tell tell);
   /// Carries out what is queued, then ends.
   ~Storage();
@@ -35,7 +35,8 @@ class Storage {
   [[nodiscard]] Timings& timings() { return timings_; }
 
   /// One of CreateJob, OpenJob, SaveJob, SaveOrder, PollDisk, KeepEvent, CheckSpace, SendReport, TellOfJob,
-  /// StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, SaveLease, AskStorage, or an answer to be passed on once all that was queued before it is on the disk.
+  /// StoreFrame, CommitPose, DiscardBracket, RecordFailure, JudgeLook, RecordVisit, SaveStop, SaveLease,
+  /// AskStorage, or an answer to be passed on once all that was queued before it is on the disk.
   void queue(Action action);
 
  private:
@@ -45,9 +46,12 @@ class Storage {
   void open_job(const OpenJob& action);
   void store_frame(const StoreFrame& action);
   void commit_pose(const CommitPose& action);
+  void judge_look(const JudgeLook& action);
+  void record_visit(const RecordVisit& action);
   void poll_disk();
   void keep_event(const KeepEvent& action);
   void check_space(const CheckSpace& action);
+  void send_frame_piece(const SendFramePiece& action);
   void send_report(const SendReport& action);
   void tell_of_job(const TellOfJob& action);
   [[nodiscard]] base::Result<protocol::Report> report_of(const protocol::JobInfo& job);
@@ -55,7 +59,7 @@ class Storage {
   void check(const base::Result<void>& result);
 
   base::Clock& clock_;
-  const machine::CameraConfig camera_;
+  const machine::RigConfig rig_;
   const std::string rig_toml_;
   StateDb db_;
   FramePool& pool_;

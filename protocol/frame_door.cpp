@@ -123,8 +123,7 @@ base::Result<std::unique_ptr<FrameDoor>> FrameDoor::open(const fs::path& folder,
   const int fd = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
   // Nobody but the owner may connect before the group is right.
   const mode_t before = ::umask(0177);
-  const bool bound =
-      fd >= 0 && ::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  const bool bound = fd >= 0 && ::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
   const int error = errno;
   ::umask(before);
   if (!bound) {

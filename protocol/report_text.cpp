@@ -23,6 +23,23 @@ std::string duration_text(double seconds) {
   return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
+std::string visits_text(const Report& report) {
+  if (report.visits().empty()) return {};
+  double least = 0;
+  double most = 0;
+  std::string bad;
+  for (const auto& visit : report.visits()) {
+    if (!visit.good())
+      bad += fmt::format("  {}  visit {}: {}\n", clock_time(visit.time_us()), visit.visit(), visit.what());
+    if (visit.level() == 0 || !visit.good()) continue;
+    least = least == 0 ? visit.level() : std::min(least, visit.level());
+    most = std::max(most, visit.level());
+  }
+  std::string out = fmt::format("\nReference: {} visits", report.visits_size());
+  if (most > 0) out += fmt::format("; the patches between {:.4f} and {:.4f} of the first", least, most);
+  return out + "\n" + bad;
+}
+
 }  // namespace
 
 std::string report_text(const Report& report) {
@@ -60,6 +77,7 @@ std::string report_text(const Report& report) {
         fmt::format("  {}  {}: {}; {}\n", clock_time(s.since_us()), s.condition(), s.reason(),
                     s.suspended_s() > 0 ? duration_text(s.suspended_s()) : std::string("no end was noted"));
   }
+  out += visits_text(report);
   bool any = false;
   for (const auto& pose : report.poses()) {
     if (pose.failures() == 0 && pose.state() != "abandoned") continue;

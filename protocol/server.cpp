@@ -30,13 +30,15 @@ namespace {
 struct Outgoing {
   enum class Kind { message, subscribe, unsubscribe, event, preview } kind = Kind::message;
   ClientId client;
-  bool previews = false;
-  std::string bytes;
+  std::optional<PreviewWish> previews{};
+  std::string bytes{};
+  int width = 0;  // of a preview
 };
 
 struct Subscriber {
-  bool previews = false;
+  std::optional<PreviewWish> previews{};
   std::uint64_t previews_dropped = 0;
+  std::chrono::steady_clock::time_point next_preview{};
 };
 
 std::string serialised(const Reply& reply) {
@@ -80,6 +82,7 @@ struct Server::State {
   std::atomic<std::size_t> subscribers_now{0};
   std::atomic<std::uint64_t> previews_dropped{0};
   std::map<ClientId, Subscriber> subscribers;  // of the socket thread alone
+  std::set<int> widths;                        // of their previews; under the mutex
   std::thread thread;
 
   State(const ServerOptions& o, Handler h, SocketFolder f)
@@ -123,7 +126,16 @@ struct Server::State {
 
   void forget(const ClientId& client) {
     subscribers.erase(client);
+    count_subscribers();
+  }
+
+  void count_subscribers() {
     subscribers_now = subscribers.size();
+    const std::lock_guard lock(mutex);
+    widths.clear();
+    for (const auto& [client, subscriber] : subscribers) {
+      if (subscriber.previews) widths.insert(subscriber.previews->width);
+    }
   }
 
   // A key may be taken off the list between a request and its answer.
@@ -142,7 +154,7 @@ struct Server::State {
         return;
       case Outgoing::Kind::subscribe:
         subscribers[out.client].previews = out.previews;
-        subscribers_now = subscribers.size();
+        count_subscribers();
         return;
       case Outgoing::Kind::unsubscribe:
         forget(out.client);
@@ -167,7 +179,10 @@ struct Server::State {
     event.ParseFromString(out.bytes);
     std::vector<ClientId> gone;
     for (auto& [client, subscriber] : subscribers) {
-      if (!subscriber.previews) continue;
+      if (!subscriber.previews || subscriber.previews->width != out.width) continue;
+      const auto now = std::chrono::steady_clock::now();
+      if (now < subscriber.next_preview) continue;
+      subscriber.next_preview = now + subscriber.previews->every;
       event.mutable_preview()->set_dropped_before(subscriber.previews_dropped);
       switch (outbox.preview(client, serialised(event))) {
         case Sent::yes:
@@ -244,7 +259,7 @@ struct Server::State {
       return other.socket == client.socket && other.routing == client.routing && other.key != client.key;
     };
     std::erase_if(subscribers, [&](const auto& one) { return is_namesake(one.first); });
-    subscribers_now = subscribers.size();
+    count_subscribers();
     outbox.forget_if(is_namesake);
   }
 
@@ -341,19 +356,23 @@ Result<std::unique_ptr<Server>> Server::start(const ServerOptions& options, Hand
 }
 
 void Server::reply(const ClientId& client, const Reply& reply) {
-  state_->hand_in({Outgoing::Kind::message, client, false, serialised(reply)});
+  state_->hand_in({Outgoing::Kind::message, client, std::nullopt, serialised(reply)});
 }
-void Server::subscribe(const ClientId& client, bool previews) {
+void Server::subscribe(const ClientId& client, std::optional<PreviewWish> previews) {
   state_->hand_in({Outgoing::Kind::subscribe, client, previews, {}});
 }
 void Server::unsubscribe(const ClientId& client) {
-  state_->hand_in({Outgoing::Kind::unsubscribe, client, false, {}});
+  state_->hand_in({Outgoing::Kind::unsubscribe, client, std::nullopt, {}});
 }
 void Server::publish(const Event& event) {
-  state_->hand_in({Outgoing::Kind::event, {}, false, serialised(event)});
+  state_->hand_in({Outgoing::Kind::event, {}, std::nullopt, serialised(event)});
 }
-void Server::publish_preview(const Event& event) {
-  state_->hand_in({Outgoing::Kind::preview, {}, false, event.SerializeAsString()});
+void Server::publish_preview(const Event& event, int width) {
+  state_->hand_in({Outgoing::Kind::preview, {}, std::nullopt, event.SerializeAsString(), width});
+}
+std::set<int> Server::preview_widths() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->widths;
 }
 std::size_t Server::client_count() const {
   return state_->subscribers_now;

@@ -2,11 +2,13 @@
 // answers and events go in from any thread, in one order.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <tuple>
 
@@ -54,6 +56,12 @@ struct ServerOptions {
   std::function<void(std::string)> revoked = nullptr;
 };
 
+/// The previews that a client wants.
+struct PreviewWish {
+  int width = 400;                    ///< pixels
+  std::chrono::milliseconds every{};  ///< at most one in so much wall time
+};
+
 class Server {
  public:
   /// Called on the server's thread with every well-formed request; it must only hand over. A malformed
@@ -69,11 +77,14 @@ class Server {
   // Safe from every thread. What one thread hands in goes out in that order; a subscription takes effect
   // between what was handed in before and after it.
   void reply(const ClientId& client, const Reply& reply);
-  void subscribe(const ClientId& client, bool previews);
+  /// `previews`: none where it is empty.
+  void subscribe(const ClientId& client, std::optional<PreviewWish> previews);
   void unsubscribe(const ClientId& client);
   void publish(const Event& event);
-  /// To the subscribers of previews only; dropped where their way is full.
-  void publish_preview(const Event& event);
+  /// The widths that subscribers of previews want now.
+  [[nodiscard]] std::set<int> preview_widths() const;
+  /// To the subscribers of previews of this width only, each at its pace; dropped where their way is full.
+  void publish_preview(const Event& event, int width = PreviewWish{}.width);
 
   [[nodiscard]] std::size_t client_count() const;
   /// Where it listens on the network, with the port it got; empty: nowhere.

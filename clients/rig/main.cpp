@@ -6,6 +6,7 @@
 #include "clients/rig/access_options.h"
 #include "clients/rig/commands.h"
 #include "clients/rig/dispatch.h"
+#include "clients/rig/fetch_frame.h"
 #include "clients/rig/metrics.h"
 #include "clients/rig/scan_commands.h"
 #include "clients/rig/watch.h"
@@ -62,6 +63,9 @@ int main(int argc, char** argv) {
   auto* watch_command = command(app, "watch", "follow the running job");
   watch_command->add_flag("--until-idle", watching.until_idle, "end when no job is queued or active");
   watch_command->add_flag("--lines", watching.lines, "lines instead of a whole screen, also on a terminal");
+  watch_command->add_option("--preview-width", watching.preview_width, "of the picture, in pixels");
+  watch_command->add_option("--preview-every-ms", watching.preview_every_ms,
+                            "at most one picture in so much time, where the way to rigd is slow");
   watch_command->callback([&] {
     chosen = [&] {
       watching.endpoint = to.endpoint;
@@ -163,6 +167,7 @@ int main(int argc, char** argv) {
 
   offer_control(app, command, to, chosen);
   offer_keys(app, chosen);
+  offer_frame(app, command, to, chosen);
   auto* recover = scans->add_subcommand("recover", "rebuild a lost or damaged journal from the frames");
   recover->add_option("scan", scan, "its folder")->required();
   bool even_if_whole = false;

@@ -62,6 +62,8 @@ class Watch {
     subscribe.mutable_subscribe()->set_epoch(epoch_);
     subscribe.mutable_subscribe()->set_after(number_);
     subscribe.mutable_subscribe()->set_previews(screen_->is_full());
+    subscribe.mutable_subscribe()->set_preview_width(options_.preview_width);
+    subscribe.mutable_subscribe()->set_preview_every_ms(options_.preview_every_ms);
     auto reply = ask(*client, subscribe);
     if (!reply) return base::pass(reply);
     for (const auto& event : reply->catch_up().missed()) take_in(event);
@@ -177,6 +179,16 @@ class Watch {
       const auto& released = event.job_released();
       screen_->message(fmt::format("job {}: {} has ended; {}", released.job(), released.condition(),
                                    released.goes_on() ? "it goes on" : "it stays suspended"));
+    } else if (event.has_place_checked()) {
+      const auto& checked = event.place_checked();
+      if (!checked.problem().empty()) screen_->message(checked.problem());
+    } else if (event.has_reference_visited()) {
+      const auto& visited = event.reference_visited();
+      screen_->message(fmt::format(
+          "reference visit {}: {}", visited.visit(),
+          visited.good()
+              ? fmt::format("good, the patches have {:.4f} of their first radiance", visited.level())
+              : fmt::format("{}; {} poses are queued again", visited.what(), visited.poses_again())));
     } else if (event.has_alarm()) {
       screen_->message("alarm: " + event.alarm().text());
     }

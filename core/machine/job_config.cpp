@@ -103,6 +103,12 @@ base::Result<JobConfig> read_job(const ConfigTable& root) {
   job.sample = root.text("sample");
   job.operator_name = root.text_or("operator", "");
   job.needs_sample_change = root.boolean_or("needs_sample_change", false);
+  if (root.has("sample_fiducials")) {
+    for (const double id : root.numbers("sample_fiducials", 0, {0, 1e6})) {
+      if (id != std::floor(id)) root.error("sample_fiducials", "must be whole numbers: ids of tags");
+      job.sample_fiducials.push_back(static_cast<int>(id));
+    }
+  }
   job.exposure = read_exposure(root.table("exposure"));
   if (const auto retry = root.table_if("retry")) {
     job.retry.attempts = static_cast<int>(retry->integer_or("attempts", job.retry.attempts, 1, 100));
@@ -219,6 +225,8 @@ std::string format_job_config(const JobConfig& job, std::string_view comment) {
   out +=
       fmt::format("format = {}\nname = {}\nsample = {}\n", kJobFormat, quoted(job.name), quoted(job.sample));
   if (!job.operator_name.empty()) out += fmt::format("operator = {}\n", quoted(job.operator_name));
+  if (!job.sample_fiducials.empty())
+    out += fmt::format("sample_fiducials = [{}]\n", fmt::join(job.sample_fiducials, ", "));
   if (job.needs_sample_change) out += "needs_sample_change = true\n";
   out += "\n[exposure]\n";
   out += format_exposure(job.exposure);
@@ -249,6 +257,13 @@ base::Result<void> check_job(const RigConfig& rig, const JobConfig& job) {
   if (job.exposure.strategy == ExposureStrategy::halve) {
     check_exposure(job.exposure.longest_s);
     check_exposure(job.exposure.longest_s / static_cast<double>(1U << (job.exposure.most_frames - 1)));
+  }
+  if (!job.sample_fiducials.empty() && !rig.unattended.reference) {
+    errors.emplace_back("sample_fiducials: rig.toml has no [reference], whose pose they are looked for in");
+  }
+  if (rig.unattended.reference) {
+    check_exposure(rig.unattended.reference->exposure_s);
+    check_exposure(rig.unattended.reference->dark_exposure_s);
   }
   // The way to a pose begins at the last one that the rig can take.
   const JointAngles* before = nullptr;

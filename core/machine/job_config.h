@@ -41,10 +41,13 @@ struct RetryConfig {
 
 struct JobConfig {
   std::string name;
-  std::string sample;              ///< the sample's name, for people
-  std::string operator_name;       ///< may be empty
+  std::string sample;         ///< the sample's name, for people
+  std::string operator_name;  ///< may be empty
+  /// Tags that are on this sample's mount and on no other's: it is checked that they are seen before the
+  /// first pose is taken.
+  std::vector<int> sample_fiducials{};
   bool needs_sample_change = false;  ///< waits before it starts until a person has changed the sample
-  std::vector<JointAngles> poses;  ///< in the order in which they are to be taken
+  std::vector<JointAngles> poses;    ///< in the order in which they are to be taken
   ExposureConfig exposure;
   RetryConfig retry;
 };

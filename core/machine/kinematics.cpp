@@ -38,12 +38,20 @@ DirectionPair directions_at_centre(const RigConfig& rig, const JointAngles& angl
 }
 
 std::optional<std::vector<geometry::Vec2>> sample_outline(const RigConfig& rig, const JointAngles& angles) {
+  return rectangle_outline(rig, angles, {0, 0}, rig.carrier.sample_width_m, rig.carrier.sample_height_m);
+}
+
+std::optional<std::vector<geometry::Vec2>> rectangle_outline(const RigConfig& rig, const JointAngles& angles,
+                                                             geometry::Vec2 centre_m, double width_m,
+                                                             double height_m) {
   const RigidTransform camera_from_sample =
       rig.camera.camera_from_bench * bench_from_sample(rig.carrier, angles);
-  const double x = 0.5 * rig.carrier.sample_width_m;
-  const double y = 0.5 * rig.carrier.sample_height_m;
+  const double x = 0.5 * width_m;
+  const double y = 0.5 * height_m;
+  const Vec3 centre{centre_m.x, centre_m.y, 0};
   std::vector<geometry::Vec2> outline;
-  for (const Vec3 corner : {Vec3{-x, -y, 0}, Vec3{x, -y, 0}, Vec3{x, y, 0}, Vec3{-x, y, 0}}) {
+  for (const Vec3 offset : {Vec3{-x, -y, 0}, Vec3{x, -y, 0}, Vec3{x, y, 0}, Vec3{-x, y, 0}}) {
+    const Vec3 corner = centre + offset;
     const auto pixel = geometry::project(rig.camera.intrinsics, camera_from_sample.point(corner));
     if (!pixel) return std::nullopt;
     outline.push_back(*pixel);

@@ -27,6 +27,12 @@ struct DirectionPair {
 };
 [[nodiscard]] DirectionPair directions_at_centre(const RigConfig& rig, const JointAngles& angles);
 
+/// The image of a rectangle in the sample plane, as sample_outline has it.
+[[nodiscard]] std::optional<std::vector<geometry::Vec2>> rectangle_outline(const RigConfig& rig,
+                                                                           const JointAngles& angles,
+                                                                           geometry::Vec2 centre_m,
+                                                                           double width_m, double height_m);
+
 /// The image of the sample's outline, four pixels in the order (-x,-y) (+x,-y) (+x,+y) (-x,+y); nothing where
 /// a corner is behind the camera.
 [[nodiscard]] std::optional<std::vector<geometry::Vec2>> sample_outline(const RigConfig& rig,

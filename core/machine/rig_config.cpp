@@ -313,6 +313,13 @@ base::Result<RigConfig> read_rig(const ConfigTable& root) {
                         root.where("park"));
     }
   }
+  if (rig.unattended.reference) {
+    if (auto stands = check_standing(rig, rig.unattended.reference->pose_rad); !stands) {
+      return base::fail(base::ErrorCode::bad_input,
+                        "the rig may not stand where the reference is looked at: " + stands.error().what,
+                        root.where("reference"));
+    }
+  }
   return rig;
 }
 

@@ -39,6 +39,7 @@ UnattendedConfig read_unattended(const base::ConfigTable& root) {
   UnattendedConfig unattended;
   if (const auto suspend = root.table_if("suspend")) unattended.suspend = read_suspend(*suspend);
   if (const auto notify = root.table_if("notify")) unattended.notify = read_notify(*notify);
+  unattended.reference = read_reference(root);
   if (const auto park = root.table_if("park")) {
     const auto angles = park->numbers("angles_deg", kAxisCount, {-360, 360});
     if (angles.size() == kAxisCount) {

@@ -7,6 +7,7 @@
 
 #include "core/base/config.h"
 #include "core/machine/pose.h"
+#include "core/machine/reference_config.h"
 
 namespace rig::machine {
 
@@ -30,9 +31,10 @@ struct UnattendedConfig {
   NotifyConfig notify;
   std::optional<JointAngles> park_rad;  ///< where an aborted job leaves the axes; none: where they stopped
   double lamp_life_hours = 0;           ///< [light] life_hours; 0: not stated
+  std::optional<ReferenceConfig> reference;
 };
 
-/// Reads [suspend], [notify], [park] and [light] life_hours; mistakes are noted in the tables.
+/// Reads [suspend], [notify], [park], [reference] and [light] life_hours; mistakes are noted in the tables.
 [[nodiscard]] UnattendedConfig read_unattended(const base::ConfigTable& root);
 
 }  // namespace rig::machine

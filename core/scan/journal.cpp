@@ -167,6 +167,7 @@ Result<Journal> Journal::create(const std::filesystem::path& path, const std::ve
   auto done = db.transaction([&]() -> Result<void> {
     if (auto made = db.execute(kSchema); !made) return made;
     if (auto made = db.execute(kShortfalls); !made) return made;
+    if (auto made = make_visit_tables(db); !made) return made;
     auto insert =
         db.prepare("INSERT INTO rows(row, roll_rad, tilt_rad, pan_rad, arm_rad) VALUES(?, ?, ?, ?, ?)");
     if (!insert) return pass(insert);
@@ -185,6 +186,7 @@ Result<Journal> Journal::open(const std::filesystem::path& path) {
   auto database = open_database(path, Database::Mode::write);
   if (!database) return pass(database);
   if (auto made = database->execute(kShortfalls); !made) return pass(made);
+  if (auto made = make_visit_tables(*database); !made) return pass(made);
   return Journal(std::make_unique<State>(State{std::move(*database)}));
 }
 
@@ -317,6 +319,67 @@ Result<void> Journal::record_failure(std::int64_t row, const std::string& reason
     if (auto done = mark->run(); !done) return done;
     return insert_events(db, events);
   });
+}
+
+namespace {
+
+// When the last good visit was; none: before everything.
+Result<std::int64_t> last_good_ns(const Database& database) {
+  auto query = database.prepare("SELECT coalesce(max(time_ns), 0) FROM visits WHERE good = 1");
+  if (!query) return pass(query);
+  if (auto row = query->step(); !row) return pass(row);
+  return query->integer(0);
+}
+
+}  // namespace
+
+Result<std::vector<std::int64_t>> Journal::record_visit(const VisitRecord& visit, bool retake,
+                                                        const std::vector<EventRecord>& events) {
+  const Database& db = state_->database;
+  std::vector<std::int64_t> again;
+  auto done = db.transaction([&]() -> Result<void> {
+    const auto good = last_good_ns(db);
+    if (!good) return pass(good);
+    if (auto inserted = insert_visit(db, visit); !inserted) return inserted;
+    if (retake) {
+      auto query = db.prepare("SELECT row FROM poses WHERE committed_ns > ? ORDER BY row");
+      if (query) query->bind(1, *good);
+      auto read = for_each(query, [&](const Statement& s) { again.push_back(s.integer(0)); });
+      if (!read) return read;
+    }
+    for (const std::int64_t row : again) {
+      for (const char* sql : {"DELETE FROM shortfalls WHERE row = ?", "DELETE FROM frames WHERE row = ?",
+                              "DELETE FROM poses WHERE row = ?", "UPDATE rows SET state = 0 WHERE row = ?"}) {
+        auto change = db.prepare(sql);
+        if (!change) return pass(change);
+        if (auto changed = change->bind(1, row).run(); !changed) return changed;
+      }
+    }
+    return insert_events(db, events);
+  });
+  if (!done) return pass(done);
+  return again;
+}
+
+Result<std::vector<VisitRecord>> Journal::visits() const {
+  return read_visits(state_->database);
+}
+
+Result<VisitsSoFar> Journal::visits_so_far() const {
+  auto all = visits();
+  if (!all) return pass(all);
+  VisitsSoFar so_far;
+  for (const VisitRecord& visit : *all) {
+    so_far.next = visit.number + 1;
+    if (!visit.good) continue;
+    if (!so_far.first) so_far.first = visit;
+    so_far.last_good = std::max(so_far.last_good, visit.when);
+  }
+  auto query = state_->database.prepare("SELECT count(*) FROM poses WHERE committed_ns > ?");
+  if (query) query->bind(1, ns_of(so_far.last_good));
+  auto done = for_each(query, [&](const Statement& s) { so_far.poses_since_good = s.integer(0); });
+  if (!done) return pass(done);
+  return so_far;
 }
 
 Result<void> Journal::add_events(const std::vector<EventRecord>& events) {

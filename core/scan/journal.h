@@ -12,6 +12,7 @@
 #include "core/base/clock.h"
 #include "core/base/result.h"
 #include "core/machine/pose.h"
+#include "core/scan/visits.h"
 
 namespace rig::scan {
 
@@ -95,6 +96,12 @@ class Journal {
                                                const std::vector<EventRecord>& events);
   [[nodiscard]] base::Result<void> record_failure(std::int64_t row, const std::string& reason, bool abandon,
                                                   const std::vector<EventRecord>& events);
+  /// `retake`: the poses that were committed after the last good visit are pending again; their rows are
+  /// returned, and the caller removes their frames.
+  [[nodiscard]] base::Result<std::vector<std::int64_t>> record_visit(const VisitRecord& visit, bool retake,
+                                                                     const std::vector<EventRecord>& events);
+  [[nodiscard]] base::Result<std::vector<VisitRecord>> visits() const;
+  [[nodiscard]] base::Result<VisitsSoFar> visits_so_far() const;
   [[nodiscard]] base::Result<void> add_events(const std::vector<EventRecord>& events);
   [[nodiscard]] base::Result<std::vector<EventRecord>> events_after(std::uint64_t epoch, std::uint64_t number,
                                                                     std::size_t limit) const;

@@ -89,11 +89,32 @@ Result<void> bring_descriptions(const fs::path& scan, const fs::path& to) {
   return base::make_folder_durably(to / "frames");
 }
 
+// A frame of a pose or of a reference visit, as the journal knows it.
+struct StoredFile {
+  std::string file;  // relative to the scan
+  std::string sha256;
+};
+
+Result<std::vector<StoredFile>> files_of(const Journal& journal) {
+  const auto poses = journal.poses();
+  if (!poses) return pass(poses);
+  const auto visits = journal.visits();
+  if (!visits) return pass(visits);
+  std::vector<StoredFile> files;
+  for (const PoseRecord& pose : *poses) {
+    for (const FrameRecord& frame : pose.frames) files.push_back({frame.file, frame.sha256});
+  }
+  for (const VisitRecord& visit : *visits) {
+    for (const LookRecord& look : visit.looks) files.push_back({look.file, look.sha256});
+  }
+  return files;
+}
+
 // The journal at one moment.
 struct Moment {
   std::string bytes;  // of the file
   ScanProgress progress;
-  std::vector<PoseRecord> poses;
+  std::vector<StoredFile> files;
 };
 
 Result<Moment> read_moment(const Journal& journal, const fs::path& copy) {
@@ -102,11 +123,11 @@ Result<Moment> read_moment(const Journal& journal, const fs::path& copy) {
   if (!copied) return pass(copied);
   const auto progress = copied->progress();
   if (!progress) return pass(progress);
-  auto poses = copied->poses();
-  if (!poses) return pass(poses);
+  auto files = files_of(*copied);
+  if (!files) return pass(files);
   auto bytes = base::read_file(copy);
   if (!bytes) return pass(bytes);
-  return Moment{std::move(*bytes), *progress, std::move(*poses)};
+  return Moment{std::move(*bytes), *progress, std::move(*files)};
 }
 
 // By way of a copy, not from the journal itself, which may grow meanwhile; on a local disk, because SQLite
@@ -127,15 +148,13 @@ Hashes brought_before(const fs::path& to) {
   Hashes hashes;
   const auto journal = Journal::open_read_only(journal_path(to));
   if (!journal) return hashes;
-  const auto poses = journal->poses();
-  if (!poses) return hashes;
-  for (const PoseRecord& pose : *poses) {
-    for (const FrameRecord& frame : pose.frames) hashes[frame.file] = frame.sha256;
-  }
+  const auto files = files_of(*journal);
+  if (!files) return hashes;
+  for (const StoredFile& file : *files) hashes[file.file] = file.sha256;
   return hashes;
 }
 
-bool is_there(const fs::path& scan, const fs::path& to, const FrameRecord& frame, const Hashes& before) {
+bool is_there(const fs::path& scan, const fs::path& to, const StoredFile& frame, const Hashes& before) {
   std::error_code error;
   const auto size = fs::file_size(to / frame.file, error);
   if (error) return false;
@@ -156,7 +175,7 @@ void forget_cached(const fs::path& path) {
   ::close(file);
 }
 
-Result<void> copy_frame(const FrameRecord& frame, const std::string& bytes, const fs::path& to) {
+Result<void> copy_frame(const StoredFile& frame, const std::string& bytes, const fs::path& to) {
   const fs::path path = to / frame.file;
   if (auto ok = base::make_folder_durably(path.parent_path()); !ok) return ok;
   fs::path part = path;
@@ -216,20 +235,18 @@ Result<PushReport> push_scan(const fs::path& from, const fs::path& destination,
   report.progress = moment->progress;
   const Hashes before = brought_before(to);
   std::set<fs::path> named;
-  std::vector<const FrameRecord*> to_copy;
-  for (const PoseRecord& pose : moment->poses) {
-    for (const FrameRecord& frame : pose.frames) {
-      if (base::interrupted()) return base::interrupted_error(kGoOn);
-      named.insert((to / frame.file).lexically_normal());
-      if (is_there(scan, to, frame, before)) {
-        ++report.frames_there;
-      } else {
-        to_copy.push_back(&frame);
-      }
+  std::vector<const StoredFile*> to_copy;
+  for (const StoredFile& frame : moment->files) {
+    if (base::interrupted()) return base::interrupted_error(kGoOn);
+    named.insert((to / frame.file).lexically_normal());
+    if (is_there(scan, to, frame, before)) {
+      ++report.frames_there;
+    } else {
+      to_copy.push_back(&frame);
     }
   }
   std::size_t left = to_copy.size();
-  for (const FrameRecord* frame : to_copy) {
+  for (const StoredFile* frame : to_copy) {
     if (base::interrupted()) return base::interrupted_error(kGoOn);
     const auto bytes = base::read_file(scan / frame->file);
     if (!bytes || base::sha256_hex(std::as_bytes(std::span(*bytes))) != frame->sha256) {

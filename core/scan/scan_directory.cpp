@@ -193,6 +193,14 @@ Result<void> tidy_scan(const fs::path& scan, const Journal& journal) {
     if (known.count(entry.path().filename().string()) == 0) unknown.push_back(entry.path());
   }
   if (auto ok = system_result(error, "read the folder", frames); !ok) return ok;
+  const auto visits = journal.visits();
+  if (!visits) return pass(visits);
+  std::set<fs::path> visited;
+  for (const VisitRecord& visit : *visits) visited.insert(visit_folder(scan, visit.number));
+  const fs::path references = scan / "references";
+  for (const auto& entry : fs::directory_iterator(references, error)) {
+    if (visited.count(entry.path()) == 0) unknown.push_back(entry.path());
+  }
   std::sort(unknown.begin(), unknown.end());
   for (const fs::path& path : unknown) {
     if (auto ok = base::remove_tree(path); !ok) return ok;

@@ -82,6 +82,20 @@ Result<VerifyReport> verify_scan(const fs::path& scan, const std::function<void(
       if (on_frame) on_frame(left);
     }
   }
+  const auto journal = Journal::open_read_only(journal_path(scan));
+  if (!journal) return pass(journal);
+  const auto visits = journal->visits();
+  if (!visits) return pass(visits);
+  for (const VisitRecord& visit : *visits) {
+    for (const LookRecord& look : visit.looks) {
+      const auto hash = base::sha256_of_file(scan / look.file);
+      if (!hash) {
+        report.problems.push_back(hash.error().text());
+      } else if (*hash != look.sha256) {
+        report.problems.push_back(fmt::format("{}: its content changed since it was taken", look.file));
+      }
+    }
+  }
   std::error_code error;
   for (const auto& entry : fs::recursive_directory_iterator(scan / "frames", error)) {
     const fs::path path = entry.path().lexically_normal();

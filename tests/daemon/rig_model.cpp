@@ -6,6 +6,7 @@
 
 #include "core/machine/limits.h"
 #include "core/machine/motion.h"
+#include "daemon/place.h"
 
 namespace rig::daemon::testing {
 
@@ -153,12 +154,18 @@ void RigModel::look_at(const Action& action) {
   if (const auto* publish = std::get_if<Publish>(&action)) {
     expect(publish->event.number() == last_event_ + 1, "event numbers have a gap");
     last_event_ = publish->event.number();
+    if (publish->event.has_alarm() &&
+        publish->event.alarm().text().starts_with("the last poses are not proven"))
+      scans_.at(open_scan_).skipped = true;
     if (publish->event.has_stop_latched()) latched_ = true;
     if (publish->event.has_stop_cleared()) latched_ = false;
     if (publish->event.has_job_changed()) {
       const auto& job = publish->event.job_changed().job();
       if (job.state() == protocol::COMPLETE) {
         expect(job.done() + job.abandoned() == job.poses(), "a job is complete without all of its poses");
+        const Scan& scan = scans_.at(job.job());
+        expect(!setup_.rig.unattended.reference || scan.unproven.empty() || scan.skipped,
+               "a job is complete with poses that no good visit followed");
         completed_.push_back(job.job());
       }
     }
@@ -378,6 +385,14 @@ void RigModel::to_disk(const Action& action) {
       if (row.state == scan::RowState::done) ++opened.progress.done;
       if (row.state == scan::RowState::abandoned) ++opened.progress.abandoned;
     }
+    opened.visits = scan.visits;
+    opened.visits.poses_since_good = static_cast<std::int64_t>(scan.unproven.size());
+    if (opened.progress.done > 0) {
+      auto place = std::make_shared<PlaceReference>();
+      place->target_rad = scan.rows.front().target_rad;
+      place->exposure_s = 0.02;
+      opened.place = std::move(place);
+    }
     return answer(std::move(opened));
   }
   if (const auto* store = std::get_if<StoreFrame>(&action)) {
@@ -392,8 +407,11 @@ void RigModel::to_disk(const Action& action) {
     auto& row = scans_.at(open_scan_).rows.at(static_cast<std::size_t>(commit->pose.row));
     expect(row.state == scan::RowState::pending, "a pose is committed twice");
     row.state = scan::RowState::done;
+    scans_.at(open_scan_).unproven.push_back(commit->pose.row);
     return answer(PoseCommitted{commit->pose.row});
   }
+  if (const auto* look = std::get_if<JudgeLook>(&action)) return judge(*look);
+  if (const auto* visit = std::get_if<RecordVisit>(&action)) return record(*visit);
   if (const auto* discard = std::get_if<DiscardBracket>(&action)) {
     std::erase_if(stored_, [&](const auto& frame) { return frame.first.first == discard->row; });
     return;
@@ -405,6 +423,48 @@ void RigModel::to_disk(const Action& action) {
     row.reason = failure->reason;
     if (failure->abandon) row.state = scan::RowState::abandoned;
   }
+}
+
+void RigModel::judge(const JudgeLook& look) {
+  release(look.slot);
+  if (chance(faults.disk)) {
+    return answer(LookJudged{look.exposure, base::fail(base::ErrorCode::io, "the frame cannot be kept")});
+  }
+  LookFinding finding;
+  finding.record.name = look.name;
+  finding.record.means_dn = {look.name == "dark" ? dark_dn : patch_dn};
+  finding.tags = tags;
+  finding.moved = moved;
+  if (chance(faults.bad_visit)) {
+    finding.record.means_dn = {500};
+    finding.moved = "the fiducials by 9 px";
+    finding.tags.clear();
+  }
+  answer(LookJudged{look.exposure, std::move(finding)});
+}
+
+void RigModel::record(const RecordVisit& action) {
+  if (chance(faults.disk)) return answer(StorageFailed{"no space left"});
+  Scan& scan = scans_.at(open_scan_);
+  VisitRecorded recorded{action.visit, {}, {}, {}};
+  scan.visits.next = action.visit.number + 1;
+  if (action.visit.good) {
+    if (!scan.visits.first) scan.visits.first = action.visit;
+    scan.visits.last_good = action.visit.when;
+    scan.unproven.clear();
+  }
+  if (action.retake) {
+    std::swap(recorded.again, scan.unproven);
+    for (const std::int64_t row : recorded.again)
+      scan.rows.at(static_cast<std::size_t>(row)).state = scan::RowState::pending;
+  }
+  recorded.progress.total = static_cast<std::int64_t>(scan.rows.size());
+  for (const scan::PlanRow& row : scan.rows) {
+    if (row.state == scan::RowState::pending) recorded.pending.push_back(row);
+    if (row.state == scan::RowState::done) ++recorded.progress.done;
+    if (row.state == scan::RowState::abandoned) ++recorded.progress.abandoned;
+  }
+  answer(std::move(recorded));
 }
 
 void RigModel::carry_out(const Action& action) {

@@ -26,6 +26,7 @@ struct Faults {
   double stuck = 0;       ///< a move that never ends
   double disk = 0;        ///< the storage fails
   double damaged = 0;     ///< a frame that cannot be one
+  double bad_visit = 0;   ///< a look at reference or place that finds something
   double late_s = 0.002;  ///< the most that anything waits for its turn
 };
 
@@ -39,6 +40,9 @@ class RigModel {
   std::function<void(drivers::LightState&)> on_light_read;  ///< changes what the light says of itself
   double free_bytes = 1e12;                                 ///< of the scan's disk
   bool scan_folder_gone = false;
+  double patch_dn = 1000, dark_dn = 0;  ///< what a reference visit finds
+  std::string moved;                    ///< what the check of the sample's place finds
+  std::vector<int> tags{0, 1, 2};       ///< that are seen
 
   /// Whatever comes next happens: a device acts, a tick, or the request that a client wants to send by then.
   /// One call of step() at most.
@@ -77,11 +81,16 @@ class RigModel {
   struct Scan {
     machine::JobConfig config;
     std::vector<scan::PlanRow> rows;
+    std::vector<std::int64_t> unproven{};  // committed after the last good visit
+    scan::VisitsSoFar visits{};
+    bool skipped = false;  // the last visit could not be made
   };
   using Task = std::function<void()>;
 
   void feed(What what);
   void check(const State& before, const What& what, const Actions& actions);
+  void judge(const JudgeLook& look);
+  void record(const RecordVisit& action);
   void check_request_books();
   void look_at(const Action& action);
   void carry_out(const Action& action);

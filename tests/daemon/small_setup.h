@@ -19,6 +19,16 @@ inline Setup small_setup() {
   return setup;
 }
 
+/// A visit after every second pose.
+inline machine::ReferenceConfig some_reference() {
+  machine::ReferenceConfig reference;
+  reference.pose_rad = {base::radians(5.0), base::radians(5.0), 0, base::radians(65.0)};
+  reference.exposure_s = 0.02;
+  reference.dark_exposure_s = 0.5;
+  reference.every_poses = 2;
+  return reference;
+}
+
 /// Poses that the shipped rig can take one after the other.
 inline std::vector<JointAngles> some_poses() {
   std::vector<JointAngles> poses;

@@ -45,6 +45,7 @@ machine::JobConfig random_job(base::Random& random) {
     job.exposure.saturated_share = 0.4;
   }
   job.needs_sample_change = random.below(4) == 0;
+  if (random.below(4) == 0) job.sample_fiducials = {static_cast<int>(random.below(4))};
   job.retry.attempts = static_cast<int>(1 + random.below(3));
   job.retry.delay_s = random.uniform(0, 2);
   return job;
@@ -182,6 +183,7 @@ Faults random_faults(base::Random& random) {
   faults.stuck = sometimes(0.02);
   faults.disk = sometimes(0.03);
   faults.damaged = sometimes(0.1);
+  faults.bad_visit = sometimes(0.3);
   faults.late_s = random.below(3) == 0 ? 1 : 0.01;
   return faults;
 }
@@ -197,6 +199,7 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     setup.rig.unattended.suspend.fail_at_limit = random.below(6) == 0;
     if (random.below(2) == 0) setup.rig.unattended.park_rad = some_poses()[1];
     setup.camera.overlaps_motion = random.below(3) != 0;
+    if (random.below(2) == 0) setup.rig.unattended.reference = some_reference();
     RigModel model(setup, random_state(random), random.bits());
     const std::uint64_t jobs = random.below(3);
     for (std::uint64_t id = 1; id <= jobs; ++id) {

@@ -88,7 +88,7 @@ TEST(Client, TheLateAnswerOfARequestGivenUpIsNotThatOfTheNext) {
 
 TEST(Client, KeepsTheEventsThatComeBeforeAnAnswer) {
   const TestServer server({}, [](Server& s, const Incoming& in) {
-    s.subscribe(in.client, false);
+    s.subscribe(in.client, std::nullopt);
     for (std::uint64_t i = 0; i < 3; ++i) s.publish(event_of(10 * in.request.id() + i));
     TestServer::done(s, in);
   });

@@ -166,8 +166,8 @@ TEST_F(NetworkTest, ARevokedClientGetsARefusalAndNothingMore) {
   const auto ben = raw(server, ben_);
   const ClientId anna_here = server.greet(*anna, 1);
   const ClientId ben_here = server.greet(*ben, 2);
-  server.server().subscribe(anna_here, true);
-  server.server().subscribe(ben_here, true);
+  server.server().subscribe(anna_here, PreviewWish{});
+  server.server().subscribe(ben_here, PreviewWish{});
   server.server().publish(event_of(1));
   EXPECT_EQ(anna->next().event().number(), 1U);
   EXPECT_EQ(ben->next().event().number(), 1U);
@@ -182,7 +182,7 @@ TEST_F(NetworkTest, ARevokedClientGetsARefusalAndNothingMore) {
   late.set_id(7);
   late.set_outcome(DONE);
   server.server().reply(waits, late);
-  server.server().subscribe(anna_here, true);
+  server.server().subscribe(anna_here, PreviewWish{});
   EXPECT_EQ(ben->next().event().number(), 2U);
   EXPECT_TRUE(ben->next().event().has_preview());
 
@@ -230,7 +230,7 @@ TEST_F(NetworkTest, AListThatCannotBeReadAllowsNobodyUntilItIsMended) {
 TEST_F(NetworkTest, ARoutingIdIsNoIdentity) {
   const TestServer server(options_);
   auto anna = raw(server, anna_, "the same");
-  server.server().subscribe(server.greet(*anna, 1), false);
+  server.server().subscribe(server.greet(*anna, 1), std::nullopt);
   EXPECT_EQ(server.taken().back().who, "anna");
   server.server().publish(event_of(1));
   EXPECT_EQ(anna->next().event().number(), 1U);

@@ -30,7 +30,7 @@ TEST(Subscription, TakesEffectBetweenWhatIsHandedInBeforeAndAfter) {
   const ClientId id = server.greet(client, 1);
   for (std::uint64_t round = 0; round < 50; ++round) {
     server.server().publish(event_of(1));
-    server.server().subscribe(id, false);
+    server.server().subscribe(id, std::nullopt);
     server.server().publish(event_of(2));
     server.server().publish(event_of(3));
     server.server().unsubscribe(id);
@@ -42,7 +42,7 @@ TEST(Subscription, TakesEffectBetweenWhatIsHandedInBeforeAndAfter) {
 
 TEST(Subscription, ItsAnswerComesBeforeTheEventsItAskedFor) {
   const TestServer server({}, [](Server& s, const Incoming& in) {
-    if (in.request.has_subscribe()) s.subscribe(in.client, false);
+    if (in.request.has_subscribe()) s.subscribe(in.client, std::nullopt);
     TestServer::done(s, in);
     s.publish(event_of(in.request.id()));
   });
@@ -62,8 +62,8 @@ TEST(Subscription, IsEachClientsOwn) {
   const RawClient anna(server.operate());
   const RawClient ben(server.observe());
   const RawClient carl(server.observe());
-  server.server().subscribe(server.greet(anna, 1), false);
-  server.server().subscribe(server.greet(ben, 1001), true);
+  server.server().subscribe(server.greet(anna, 1), std::nullopt);
+  server.server().subscribe(server.greet(ben, 1001), PreviewWish{});
   (void)server.greet(carl, 2001);
   server.server().publish(event_of(7));
   server.server().publish_preview(preview_of(12, 100));
@@ -81,8 +81,8 @@ TEST(Subscription, TwiceIsOne) {
   const TestServer server;
   const RawClient client(server.operate());
   const ClientId id = server.greet(client, 1);
-  server.server().subscribe(id, true);
-  server.server().subscribe(id, false);
+  server.server().subscribe(id, PreviewWish{});
+  server.server().subscribe(id, std::nullopt);
   server.server().publish(event_of(1));
   server.server().publish_preview(preview_of(1));
   client.ping(2);
@@ -98,10 +98,10 @@ TEST(Subscription, TwiceIsOne) {
 TEST(Subscription, EndsWithTheConnection) {
   const TestServer server;
   const RawClient stays(server.operate());
-  server.server().subscribe(server.greet(stays, 1), false);
+  server.server().subscribe(server.greet(stays, 1), std::nullopt);
   {
     const RawClient goes(server.operate());
-    server.server().subscribe(server.greet(goes, 1001), true);
+    server.server().subscribe(server.greet(goes, 1001), PreviewWish{});
     goes.ping(1002);
     EXPECT_THAT(events_until(goes, 1002), ElementsAre());
     ASSERT_EQ(server.server().client_count(), 2U);
@@ -119,7 +119,7 @@ TEST(Subscription, EndsWithTheConnection) {
 TEST(Subscription, WhatWasHandedInBeforeTheEndArrives) {
   TestServer server;
   const RawClient client(server.operate());
-  server.server().subscribe(server.greet(client, 1), false);
+  server.server().subscribe(server.greet(client, 1), std::nullopt);
   for (std::uint64_t i = 1; i <= 200; ++i) server.server().publish(event_of(i, 1000));
   server.stop();
   for (std::uint64_t i = 1; i <= 200; ++i) ASSERT_EQ(client.next().event().number(), i);
@@ -148,8 +148,8 @@ TEST_F(SlowClient, MissesEventsInOneGapAndCostsNobodyElseAny) {
   const TestServer server(short_queue());
   const RawClient slow(server.operate(), 1);
   const RawClient fast(server.observe());
-  server.server().subscribe(server.greet(slow, 1), false);
-  server.server().subscribe(server.greet(fast, 1001), false);
+  server.server().subscribe(server.greet(slow, 1), std::nullopt);
+  server.server().subscribe(server.greet(fast, 1001), std::nullopt);
   for (std::uint64_t i = 1; i <= kMany; ++i) {
     server.server().publish(event_of(i, kLarge));
     ASSERT_EQ(fast.next().event().number(), i);
@@ -189,7 +189,7 @@ TEST_F(SlowClient, GetsEveryAnswerAllTheSame) {
   const RawClient fast(server.operate());
   for (std::uint64_t id = 1; id <= kMany; ++id) slow.ping(id);
   (void)server.client_of(kMany);
-  server.server().subscribe(server.client_of(1), false);
+  server.server().subscribe(server.client_of(1), std::nullopt);
   for (std::uint64_t i = 1; i <= kMany; ++i) server.server().publish(event_of(i, kLarge));
   // Another client is not kept waiting.
   (void)server.greet(fast, 9999);
@@ -209,8 +209,8 @@ TEST_F(SlowClient, IsToldHowManyPreviewsItMissed) {
   const TestServer server(short_queue());
   const RawClient slow(server.operate(), 1);
   const RawClient fast(server.observe());
-  server.server().subscribe(server.greet(slow, 1), true);
-  server.server().subscribe(server.greet(fast, 1001), true);
+  server.server().subscribe(server.greet(slow, 1), PreviewWish{});
+  server.server().subscribe(server.greet(fast, 1001), PreviewWish{});
   std::int64_t published = 0;
   for (std::uint64_t i = 1; i <= kMany; ++i) {
     server.server().publish_preview(preview_of(published++, kLarge));

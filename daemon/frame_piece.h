@@ -1,0 +1,16 @@
+// Stored frames for clients elsewhere, in pieces, so that one that broke off is gone on with.
+#pragma once
+
+#include <filesystem>
+
+#include "core/base/result.h"
+#include "protocol/rig.pb.h"
+
+namespace rig::daemon {
+
+/// not_found where the journal has no such frame, or its pose is not committed; bad_input for an offset
+/// beyond the file.
+[[nodiscard]] base::Result<protocol::FramePiece> read_frame_piece(const std::filesystem::path& scan,
+                                                                  const protocol::GetFrame& wanted);
+
+}  // namespace rig::daemon

@@ -1,0 +1,207 @@
+// Reference visits, the check of the sample's place, and the sample's identity.
+#include <gmock/gmock.h>
+
+#include "daemon/visit_verdict.h"
+#include "tests/daemon/job_fixture.h"
+
+namespace rig::daemon::testing {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class VisitTest : public JobTest {
+ protected:
+  VisitTest() {
+    setup_.rig.unattended.reference = some_reference();
+    restart();
+  }
+  [[nodiscard]] std::vector<protocol::ReferenceVisited> visits() const {
+    std::vector<protocol::ReferenceVisited> all;
+    for (const auto& event : model_->events()) {
+      if (event.has_reference_visited()) all.push_back(event.reference_visited());
+    }
+    return all;
+  }
+  [[nodiscard]] std::size_t commits() const {
+    std::size_t count = 0;
+    for (const auto& event : model_->events()) count += event.has_pose_committed() ? 1U : 0U;
+    return count;
+  }
+};
+
+TEST_F(VisitTest, AreMadeAtTheStartOnScheduleAndAtTheEnd) {
+  add_job(small_job(5));
+  run_to_completion();
+  // Before the first pose, after two, after four, and for the fifth.
+  ASSERT_EQ(visits().size(), 4U);
+  for (const auto& visit : visits()) EXPECT_TRUE(visit.good()) << visit.what();
+  EXPECT_EQ(commits(), 5U);
+  EXPECT_THAT(suspensions(), IsEmpty());
+}
+
+TEST_F(VisitTest, TakeADarkFrameWithTheShutterShutAndOneOfThePatches) {
+  add_job(small_job(1));
+  run_to_completion();
+  const auto looks = actions<JudgeLook>();
+  ASSERT_EQ(looks.size(), 4U);
+  EXPECT_EQ(looks[0].name, "dark");
+  EXPECT_EQ(looks[1].name, "patches");
+  EXPECT_DOUBLE_EQ(looks[0].info.exposure_s, some_reference().dark_exposure_s);
+  EXPECT_DOUBLE_EQ(looks[1].info.exposure_s, some_reference().exposure_s);
+}
+
+TEST_F(VisitTest, ABadOneSuspendsTheJobAndQueuesThePosesSinceTheLastGoodOneAgain) {
+  add_job(small_job(5));
+  run_until([&] { return commits() == 2; });
+  model_->patch_dn = 900;
+  run_until([&] { return !suspensions().empty(); });
+  EXPECT_THAT(suspensions(), ElementsAre("+reference"));
+  ASSERT_FALSE(visits().back().good());
+  EXPECT_EQ(visits().back().poses_again(), 2U);
+  EXPECT_THAT(visits().back().what(), HasSubstr("0.9000 of their first radiance"));
+  EXPECT_EQ(entry().done, 0);
+  model_->patch_dn = 1000;
+  run_to_completion();
+  EXPECT_THAT(suspensions(), ElementsAre("+reference", "-reference"));
+  EXPECT_EQ(commits(), 7U);
+  EXPECT_EQ(entry().done, 5);
+}
+
+TEST_F(VisitTest, ADoorThatIsOpenShowsInTheDarkFrame) {
+  add_job(small_job(5));
+  run_until([&] { return commits() == 2; });
+  model_->dark_dn = 5;
+  run_until([&] { return !suspensions().empty(); });
+  EXPECT_THAT(suspensions(), ElementsAre("+room not dark"));
+  EXPECT_THAT(visits().back().what(), HasSubstr("the room is not dark"));
+  model_->dark_dn = 0;
+  run_to_completion();
+}
+
+TEST_F(VisitTest, ThreeBadOnesWaitForAPerson) {
+  add_job(small_job(3));
+  run_until([&] { return commits() == 2; });
+  model_->patch_dn = 900;
+  run_until([&] { return !entry().hold.empty(); });
+  EXPECT_EQ(visits().size(), 4U);  // the first was good
+  EXPECT_EQ(entry().done, 0);
+  model_->patch_dn = 1000;
+  ASSERT_EQ(release(1).outcome(), protocol::DONE);
+  run_to_completion();
+  EXPECT_EQ(entry().done, 3);
+}
+
+TEST_F(VisitTest, WithoutAShutterThereIsNoDarkFrame) {
+  setup_.light.has_shutter = false;
+  restart();
+  add_job(small_job(1));
+  run_to_completion();
+  for (const auto& look : actions<JudgeLook>()) EXPECT_EQ(look.name, "patches");
+}
+
+TEST_F(VisitTest, AStopInTheMiddleOfOneMakesItAgain) {
+  add_job(small_job(1));
+  run_until([&] { return model_->state().job && model_->state().job->visit; });
+  protocol::Request stop;
+  stop.mutable_stop();
+  ask(stop);
+  protocol::Request clear;
+  clear.mutable_clear_stop();
+  ask(clear);
+  run_to_completion();
+  EXPECT_EQ(visits().size(), 2U);
+}
+
+TEST_F(VisitTest, OneThatTheKeepOutZonesForbidIsPutOff) {
+  auto reference = some_reference();
+  reference.pose_rad = {0, base::radians(85.0), 0, base::radians(60.0)};  // beyond tilt's limit
+  setup_.rig.unattended.reference = reference;
+  restart();
+  add_job(small_job(3));
+  run_to_completion();
+  EXPECT_THAT(visits(), IsEmpty());
+  EXPECT_EQ(commits(), 3U);
+  bool told = false;
+  for (const auto& event : model_->events()) {
+    told |= event.has_alarm() && event.alarm().text().starts_with("the last poses are not proven");
+  }
+  EXPECT_TRUE(told);
+}
+
+TEST_F(VisitTest, AfterAStopThePlaceOfTheSampleIsChecked) {
+  add_job(small_job(4));
+  run_until([&] { return commits() == 1; });
+  protocol::Request stop;
+  stop.mutable_stop();
+  ask(stop);
+  model_->moved = "the fiducials by 9.1 px";
+  protocol::Request clear;
+  clear.mutable_clear_stop();
+  ask(clear);
+  run_until([&] { return !entry().hold.empty(); });
+  EXPECT_THAT(entry().hold,
+              HasSubstr("the sample or the rig moved since row 0 was taken: the fiducials by 9.1 px"));
+  const std::size_t before = commits();
+  run_for(100);
+  EXPECT_EQ(commits(), before);
+  ASSERT_EQ(release(1).outcome(), protocol::DONE);
+  run_to_completion();
+  EXPECT_EQ(entry().done, 4);
+}
+
+TEST_F(VisitTest, AWrongSampleIsNoticedBeforeTheFirstPose) {
+  auto job = small_job(2);
+  job.sample_fiducials = {1, 31};
+  add_job(job);
+  run_until([&] { return !entry().hold.empty(); });
+  EXPECT_THAT(entry().hold, HasSubstr("its fiducials 31 are not seen"));
+  EXPECT_EQ(commits(), 0U);
+  model_->tags.push_back(31);
+  ASSERT_EQ(release(1).outcome(), protocol::DONE);
+  run_to_completion();
+}
+
+scan::VisitRecord visit_of(std::vector<double> patches, double dark) {
+  scan::VisitRecord visit;
+  visit.looks = {{"dark", "", 0.5, {}, "", {dark}}, {"patches", "", 0.02, {}, "", std::move(patches)}};
+  return visit;
+}
+
+TEST(VisitVerdict, ComparesWithTheFirstVisit) {
+  const machine::ReferenceConfig config = some_reference();
+  const auto first = visit_of({1000, 500, 800}, 1);
+  EXPECT_EQ(judge_visit(config, first, first, false).what, "");
+  // All patches by the same factor: the light's level.
+  auto verdict = judge_visit(config, first, visit_of({1015, 507.5, 812}, 1), false);
+  EXPECT_EQ(verdict.what, "");
+  EXPECT_NEAR(verdict.level, 1.015, 1e-12);
+  EXPECT_NEAR(verdict.unevenness, 0, 1e-12);
+  EXPECT_NE(judge_visit(config, first, visit_of({1025, 512.5, 820}, 1), false).what, "");
+  // One patch alone: its evenness. Ratios 1, 1, 1.03: mean 1.01.
+  verdict = judge_visit(config, first, visit_of({1000, 500, 824}, 1), false);
+  EXPECT_NEAR(verdict.unevenness, 1.03 / 1.01 - 1, 1e-12);
+  EXPECT_EQ(verdict.what, "");
+  EXPECT_THAT(judge_visit(config, first, visit_of({1000, 500, 840}, 1), false).what, HasSubstr("uneven"));
+}
+
+TEST(VisitVerdict, IsStricterAfterABadOne) {
+  const machine::ReferenceConfig config = some_reference();
+  const auto first = visit_of({1000}, 0);
+  EXPECT_EQ(judge_visit(config, first, visit_of({1018}, 0), false).what, "");
+  EXPECT_NE(judge_visit(config, first, visit_of({1018}, 0), true).what, "");
+}
+
+TEST(VisitVerdict, KnowsADarkPatchEvenOfTheFirstVisit) {
+  EXPECT_NE(judge_visit(some_reference(), std::nullopt, visit_of({3}, 0), false).what, "");
+  EXPECT_EQ(judge_visit(some_reference(), std::nullopt, visit_of({300}, 0), false).what, "");
+  EXPECT_NE(judge_visit(some_reference(), std::nullopt, scan::VisitRecord{}, false).what, "");
+  EXPECT_NE(judge_visit(some_reference(), visit_of({300}, 0),
+                        visit_of({std::numeric_limits<double>::quiet_NaN()}, 0), false)
+                .what,
+            "");
+}
+
+}  // namespace
+}  // namespace rig::daemon::testing
