@@ -80,7 +80,7 @@ Signal light_signal(const Setup& setup, const State& state, const JobEntry& /*jo
       signal.enter = false;
     }
   } else if (state.job->phase == ActiveJob::Phase::warming) {
-    const double patience_s = 2 * setup.light.warm_up_s + kWarmUpPatience_s;
+    const double patience_s = 2 * setup.light.warm_up_s + setup.rig.light.cool_down_s + kWarmUpPatience_s;
     if (state.now - state.job->warming_since >= seconds(patience_s)) {
       signal.enter = !light.warm;
       signal.reason = fmt::format("the light did not get warm in {:.0f} s", patience_s);

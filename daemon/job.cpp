@@ -5,6 +5,7 @@
 #include "core/base/units.h"
 #include "daemon/exposing.h"
 #include "daemon/exposure_strategy.h"
+#include "daemon/lamp.h"
 #include "daemon/messages.h"
 #include "daemon/safety.h"
 #include "daemon/visit.h"
@@ -50,7 +51,8 @@ void home_what_needs_it(const Setup& setup, State& state, Actions& actions) {
   }
   state.job->phase = ActiveJob::Phase::warming;
   state.job->warming_since = state.now;
-  actions.push_back(SetLightLevel{1});
+  state.job->lamp_asked = false;
+  light_for_job(setup, state, actions);
   if (setup.light.has_shutter) actions.push_back(SetShutter{true});
   state.job->light_asked = ++state.last_poll;
   actions.push_back(PollLight{state.last_poll});
@@ -176,7 +178,12 @@ void stop_own_work(State& state, Actions& actions) {
 // Finishes what is in flight, then leaves the rig as it may stand for hours.
 void rest(const Setup& setup, State& state, Actions& actions) {
   ActiveJob& job = *state.job;
-  if (job.resting || job.phase == ActiveJob::Phase::opening) return;
+  if (job.phase == ActiveJob::Phase::opening) return;
+  const bool recovers = state.conditions[static_cast<std::size_t>(Condition::light)].on;
+  if (job.resting) {
+    if (recovers) light_for_job(setup, state, actions);
+    return;
+  }
   if (job.visit) stop_own_work(state, actions);
   if (job.current) advance_bracket(setup, state, actions);
   if (job.storing) commit_when_stored(setup, state, actions);
@@ -186,12 +193,12 @@ void rest(const Setup& setup, State& state, Actions& actions) {
   job.phase = ActiveJob::Phase::homing;  // everything is looked at again before it goes on
   job.not_before = {};
   // A lamp that is waited for has to burn.
-  const bool recovers = state.conditions[static_cast<std::size_t>(Condition::light)].on;
-  if (recovers) actions.push_back(SetLightLevel{1});
+  job.lamp_asked = false;
+  if (recovers) light_for_job(setup, state, actions);
   if (setup.light.has_shutter) {
     actions.push_back(SetShutter{false});
   } else if (!recovers) {
-    actions.push_back(SetLightLevel{0});
+    actions.push_back(SetLightLevel{setup.rig.light.safe_level});
   }
 }
 
@@ -221,6 +228,7 @@ void advance_job(const Setup& setup, State& state, Actions& actions) {
       if (!state.motion && !state.snap) home_what_needs_it(setup, state, actions);
       return;
     case ActiveJob::Phase::warming:
+      if (!light_for_job(setup, state, actions)) return;  // it has to cool down first
       if (state.light_read < job.light_asked || !state.light.warm ||
           (setup.light.has_shutter && !state.light.shutter_open))
         return;

@@ -59,14 +59,17 @@ Result<Kind*> part_of(std::vector<Device>& devices, const machine::DeviceRef& re
   return held->get();
 }
 
-Result<std::string> light_made_safe(drivers::Light& light) {
+Result<std::string> light_made_safe(drivers::Light& light, double safe_level) {
   const bool has_shutter = light.capabilities().has_shutter;
-  if (auto ok = has_shutter ? light.set_shutter(false) : light.set_level(0); !ok) return pass(ok);
+  if (auto ok = has_shutter ? light.set_shutter(false) : light.set_level(safe_level); !ok) return pass(ok);
   const auto state = light.state();
   if (!state) return pass(state);
-  if (has_shutter ? state->shutter_open : state->level > 0)
-    return fail(ErrorCode::device, has_shutter ? "the shutter is still open" : "it still shines");
-  return std::string(has_shutter ? "shutter closed" : "level 0");
+  constexpr double kLevelOff = 0.01;
+  if (has_shutter ? state->shutter_open : state->level > safe_level + kLevelOff) {
+    return fail(ErrorCode::device, has_shutter ? std::string("the shutter is still open")
+                                               : fmt::format("it still shines at level {}", state->level));
+  }
+  return has_shutter ? std::string("shutter closed") : fmt::format("level {}", safe_level);
 }
 
 // Looks until the axis stands; the bound is the caller's.
@@ -142,7 +145,8 @@ std::vector<SafePart> make_safe(const std::shared_ptr<const machine::RigConfig>&
       }
       if (has_light) {
         const auto light = part_of<drivers::Light>(*devices, rig->light.device);
-        tell({kLight, light ? light_made_safe(**light) : Result<std::string>(pass(light))});
+        tell({kLight,
+              light ? light_made_safe(**light, rig->light.safe_level) : Result<std::string>(pass(light))});
       }
       base::WaitSlot slot;
       for (const auto& [i, axis] : stopped) tell({axis_part(i), rest_of(*axis, *clock, slot)});

@@ -6,6 +6,7 @@
 #include "core/base/units.h"
 #include "daemon/exposing.h"
 #include "daemon/job.h"
+#include "daemon/lamp.h"
 #include "daemon/lease.h"
 #include "daemon/messages.h"
 #include "daemon/motion.h"
@@ -125,6 +126,9 @@ void set_light(const Work& w, const protocol::SetLight& command) {
   const bool lights_up = (command.has_shutter_open() && command.shutter_open()) ||
                          (command.has_on() && command.on()) || (command.has_level() && command.level() > 0);
   if (lights_up && !w.state.stopped.empty()) return w.refuse("the rig is stopped; clear the stop first");
+  const bool lights_lamp = (command.has_on() && command.on()) || (command.has_level() && command.level() > 0);
+  if (const double left_s = cool_down_left_s(w.setup, w.state); lights_lamp && left_s > 0)
+    return w.refuse(fmt::format("the lamp has to cool down for {:.0f} s more", left_s));
   if (command.has_level() && !(command.level() >= 0 && command.level() <= 1))
     return w.refuse("a level is 0 to 1");
   if (command.has_level() && !w.setup.light.has_level && command.level() != 0 && command.level() != 1) {

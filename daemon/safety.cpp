@@ -2,6 +2,7 @@
 
 #include "core/machine/limits.h"
 #include "daemon/following.h"
+#include "daemon/lamp.h"
 #include "daemon/messages.h"
 
 namespace rig::daemon {
@@ -72,11 +73,7 @@ void drop_all(const Setup& setup, State& state, Actions& actions, const std::str
   if (state.motion && state.motion->asker) tell(*state.motion->asker);
   if (state.snap) tell(state.snap->asker);
   stop_axes(state, actions);
-  if (setup.light.has_shutter) {
-    actions.push_back(SetShutter{false});
-  } else {
-    actions.push_back(SetLightLevel{0});
-  }
+  make_light_safe(setup, actions);
   actions.push_back(AbortCamera{});
   state.frame.reset();
   state.snap.reset();

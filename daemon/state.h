@@ -156,6 +156,7 @@ struct ActiveJob {
   std::optional<PoseTake> storing;  ///< exposed, not yet committed
   Time not_before{};                ///< the next pose waits until then: a retry's delay
   std::uint64_t light_asked = 0;    ///< the poll that came after the light was set up for the job
+  bool lamp_asked = false;          ///< to burn, for this job; not yet where it has to cool down
   double seconds_per_pose = 0;      ///< smoothed, rig time
   Time last_commit{};
   Time warming_since{};  ///< in the phase warming
@@ -201,7 +202,8 @@ struct State {
   std::array<AxisTrack, kAxisCount> axes;
   drivers::LightState light;
   bool light_known = false;
-  std::uint64_t light_read = 0;  ///< number of the poll that told
+  std::optional<Time> lamp_out_since;  ///< as far as is known
+  std::uint64_t light_read = 0;        ///< number of the poll that told
   bool emergency_stop = false;
   std::string stopped;     ///< why the stop is latched; empty: it is not
   std::string last_alarm;  ///< since the stop was latched

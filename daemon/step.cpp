@@ -7,6 +7,7 @@
 #include "daemon/exposing.h"
 #include "daemon/frame_check.h"
 #include "daemon/job.h"
+#include "daemon/lamp.h"
 #include "daemon/lease.h"
 #include "daemon/messages.h"
 #include "daemon/motion.h"
@@ -61,6 +62,7 @@ struct Handler {
     const bool changed = !state.light_known || before.on != event.state.on ||
                          before.level != event.state.level ||
                          before.shutter_open != event.state.shutter_open || before.warm != event.state.warm;
+    note_lamp(state, event.state);
     state.light = event.state;
     state.lost.erase("light");
     state.light_known = true;

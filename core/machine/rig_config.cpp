@@ -282,8 +282,12 @@ base::Result<RigConfig> read_rig(const ConfigTable& root) {
   rig.home_order = read_home_order(root);
   rig.camera = read_camera(root.table("camera"), rig.modules);
   const ConfigTable light = root.table("light");
-  rig.light = {read_device(light, rig.modules), mm(light, "arm_radius_mm", 1, 1e5),
-               mm(light, "aperture_mm", 0, 1000), light.number_or("warm_up_s", 0, {0, 86400})};
+  rig.light = {read_device(light, rig.modules),
+               mm(light, "arm_radius_mm", 1, 1e5),
+               mm(light, "aperture_mm", 0, 1000),
+               light.number_or("warm_up_s", 0, {0, 86400}),
+               light.number_or("cool_down_s", 0, {0, 86400}),
+               light.number_or("safe_level", 0, {0, 1})};
   rig.carrier = read_carrier(root.table("carrier"));
   if (const auto lines = root.table_if("lines")) {
     if (const auto stop = lines->table_if("emergency_stop")) {

@@ -87,6 +87,8 @@ struct LightConfig {
   double arm_radius_m = 0;  ///< from the pan axis to the light's centre
   double aperture_m = 0;    ///< diameter of the emitting disc
   double warm_up_s = 0;
+  double cool_down_s = 0;  ///< a lamp that went out is not lit again before
+  double safe_level = 0;   ///< of a light without a shutter, where everything stops
 };
 
 /// One line of a digital I/O device.

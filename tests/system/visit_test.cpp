@@ -1,0 +1,173 @@
+// Reference visits and the check of the sample's place on the virtual rig, with frames that show its carrier.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/scan/scan_directory.h"
+#include "core/scan/verify.h"
+#include "tests/system/running_rig.h"
+
+namespace rig::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string rig_with_reference() {
+  return small_rig_toml() +
+         "\n[reference]\npose_deg = [0, 8, 0, 75]\nexposure_ms = 20\ndark_exposure_ms = 500\nevery_poses = "
+         "3\n";
+}
+
+std::string job(const std::string& further = "") {
+  std::string text =
+      "format = 1\nname = \"visits\"\nsample = \"chart\"\n" + further +
+      "\n[exposure]\nstrategy = \"fixed\"\nexposures_us = [20000]\n\n[poses]\nangles_deg = [\n";
+  for (int i = 0; i < 7; ++i) text += fmt::format("  [{}, {}, {}, {}],\n", 3 * i, 5 + i, 2 * i, 70 + 3 * i);
+  return text + "]\n";
+}
+
+class Visit : public ::testing::Test {
+ protected:
+  void cause(const std::string& faults) {
+    std::filesystem::create_directories(folder_ / "rig/state/virtual");
+    put_bytes(folder_ / "rig/faults.new", faults);
+    std::filesystem::rename(folder_ / "rig/faults.new", folder_ / "rig/state/virtual/faults.toml");
+  }
+  void mend() { std::filesystem::remove(folder_ / "rig/state/virtual/faults.toml"); }
+  template <typename Wanted>
+  void expect_event(Wanted wanted) {
+    EXPECT_TRUE(rig_.await(wanted)) << rig_.log();
+  }
+
+  TemporaryFolder folder_;
+  RunningRig rig_{folder_ / "rig", rig_with_reference()};
+};
+
+TEST_F(Visit, ProvesEveryPoseOfAJob) {
+  ASSERT_NO_FATAL_FAILURE(rig_.start());
+  rig_.submit(job());
+  EXPECT_EQ(rig_.await_job_end(), protocol::COMPLETE) << rig_.log();
+  EXPECT_EQ(rig_.end(SIGTERM), 0);
+  const auto journal = scan::Journal::open_read_only(scan::journal_path(rig_.scan()));
+  ASSERT_TRUE(journal.has_value());
+  const auto visits = journal->visits();
+  ASSERT_TRUE(visits.has_value());
+  ASSERT_EQ(visits->size(), 4U);  // first, after 3, after 6, last
+  for (const auto& visit : *visits) {
+    EXPECT_TRUE(visit.good) << visit.what;
+    ASSERT_EQ(visit.looks.size(), 2U);
+    EXPECT_NEAR(visit.looks[0].means_dn.at(0), 0, 1) << "the dark frame";
+    EXPECT_EQ(visit.looks[1].means_dn.size(), 4U) << "all four patches are in the image";
+    for (const double mean : visit.looks[1].means_dn) EXPECT_GT(mean, 50);
+  }
+  const auto report = scan::verify_scan(rig_.scan(), [](std::size_t) {});
+  ASSERT_TRUE(report.has_value());
+  EXPECT_TRUE(report->problems.empty());
+  EXPECT_THAT(bytes_in(rig_.scan() / "report.txt"), HasSubstr("Reference: 4 visits"));
+}
+
+TEST_F(Visit, ALampThatLosesLightIsNoticedAndThePosesAreTakenAgain) {
+  ASSERT_NO_FATAL_FAILURE(rig_.start());
+  rig_.submit(job());
+  expect_event([](const protocol::Event& event) { return event.has_pose_committed(); });
+  cause("[[fault]]\nkind = \"light-excursion\"\nshare = -0.04\n");  // within [suspend] light_band
+  protocol::ReferenceVisited bad;
+  expect_event([&](const protocol::Event& event) {
+    if (event.has_reference_visited()) bad = event.reference_visited();
+    return event.has_reference_visited() && !bad.good();
+  });
+  EXPECT_THAT(bad.what(), HasSubstr("of their first radiance"));
+  EXPECT_NEAR(bad.level(), 0.96, 0.005);
+  EXPECT_EQ(bad.poses_again(), 3U);
+  mend();
+  EXPECT_EQ(rig_.await_job_end(), protocol::COMPLETE) << rig_.log();
+  EXPECT_EQ(rig_.end(SIGTERM), 0);
+  const auto report = scan::verify_scan(rig_.scan(), [](std::size_t) {});
+  ASSERT_TRUE(report.has_value());
+  EXPECT_TRUE(report->complete());
+  EXPECT_THAT(bytes_in(rig_.scan() / "report.txt"), HasSubstr("reference: the reference patches have 0.96"));
+}
+
+TEST_F(Visit, AfterARestartTheFiducialsAreWhereTheyWere) {
+  ASSERT_NO_FATAL_FAILURE(rig_.start());
+  rig_.submit(job());
+  int committed = 0;
+  expect_event([&](const protocol::Event& event) { return event.has_pose_committed() && ++committed == 2; });
+  EXPECT_EQ(rig_.end(SIGKILL), -SIGKILL);
+  ASSERT_NO_FATAL_FAILURE(rig_.start());
+  protocol::PlaceChecked checked;
+  expect_event([&](const protocol::Event& event) {
+    if (event.has_place_checked()) checked = event.place_checked();
+    return event.has_place_checked();
+  });
+  EXPECT_EQ(checked.problem(), "");
+  EXPECT_GE(checked.tags_size(), 10);
+  EXPECT_EQ(rig_.await_job_end(), protocol::COMPLETE) << rig_.log();
+  EXPECT_EQ(rig_.end(SIGTERM), 0);
+}
+
+TEST_F(Visit, ASampleThatWasPushedMeanwhileHoldsTheJob) {
+  ASSERT_NO_FATAL_FAILURE(rig_.start());
+  rig_.submit(job());
+  int committed = 0;
+  expect_event([&](const protocol::Event& event) { return event.has_pose_committed() && ++committed == 2; });
+  EXPECT_EQ(rig_.end(SIGKILL), -SIGKILL);
+  // The camera was knocked: the simulated one now looks 3 px past where it looked.
+  const std::string text = bytes_in(folder_ / "rig/rig.toml");
+  const auto first = text.find("cx_px = 200.8");
+  ASSERT_NE(first, std::string::npos);
+  put_bytes(folder_ / "rig/rig.toml", std::string(text).replace(first, 13, "cx_px = 205.3"));
+  ASSERT_NO_FATAL_FAILURE(rig_.start());
+  std::string hold;
+  expect_event([&](const protocol::Event& event) {
+    if (event.has_job_changed()) hold = event.job_changed().job().hold();
+    return !hold.empty();
+  });
+  EXPECT_THAT(hold, HasSubstr("the sample or the rig moved since row 1 was taken"));
+  protocol::Request abort;
+  abort.mutable_abort_job()->set_job(1);
+  rig_.expect_done(abort);
+  EXPECT_EQ(rig_.end(SIGTERM), 0);
+}
+
+TEST_F(Visit, TheWrongSampleIsNotMeasured) {
+  ASSERT_NO_FATAL_FAILURE(rig_.start());
+  rig_.submit(job("sample_fiducials = [0, 77]\n"));
+  std::string hold;
+  expect_event([&](const protocol::Event& event) {
+    if (event.has_job_changed()) hold = event.job_changed().job().hold();
+    return !hold.empty();
+  });
+  EXPECT_THAT(hold, HasSubstr("its fiducials 77 are not seen"));
+  protocol::Request abort;
+  abort.mutable_abort_job()->set_job(1);
+  rig_.expect_done(abort);
+  EXPECT_EQ(rig_.end(SIGTERM), 0);
+}
+
+TEST_F(Visit, AFrameIsFetchedInPieces) {
+  ASSERT_NO_FATAL_FAILURE(rig_.start());
+  rig_.submit(job());
+  EXPECT_EQ(rig_.await_job_end(), protocol::COMPLETE) << rig_.log();
+  std::string bytes;
+  protocol::FramePiece piece;
+  do {
+    protocol::Request get;
+    get.mutable_get_frame()->set_job(1);
+    get.mutable_get_frame()->set_row(4);
+    get.mutable_get_frame()->set_offset(bytes.size());
+    get.mutable_get_frame()->set_length(100000);
+    piece = rig_.expect_done(get).frame_piece();
+    ASSERT_FALSE(piece.content().empty());
+    EXPECT_EQ(piece.offset(), bytes.size());
+    bytes += piece.content();
+  } while (bytes.size() < piece.file_bytes());
+  EXPECT_EQ(bytes, bytes_in(rig_.scan() / "frames/000004/00.tif"));
+  protocol::Request beyond;
+  beyond.mutable_get_frame()->set_job(1);
+  beyond.mutable_get_frame()->set_row(400);
+  EXPECT_EQ(rig_.ask(beyond).outcome(), protocol::FAILED);
+  EXPECT_EQ(rig_.end(SIGTERM), 0);
+}
+
+}  // namespace
+}  // namespace rig::test
