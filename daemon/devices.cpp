@@ -154,6 +154,20 @@ Result<std::unique_ptr<OpenDevices>> open_devices(const machine::RigConfig& rig,
     }
     open->emergency_stop_line = static_cast<std::size_t>(found - all.begin());
   }
+  if (rig.camera_trigger) {
+    const machine::LineRef& line = rig.camera_trigger->line;
+    auto lines = cast_part<drivers::DigitalIo>(*open, modules, clock, line.device, "lines.camera_trigger",
+                                               &open->trigger_worker);
+    if (!lines) return pass(lines);
+    open->trigger = *lines;
+    const auto all = open->trigger->lines();
+    const bool there = std::any_of(all.begin(), all.end(),
+                                   [&](const drivers::Line& l) { return l.name == line.line && l.output; });
+    if (!there) {
+      return fail(ErrorCode::not_found, fmt::format("there is no output line '{}'", line.line),
+                  "lines.camera_trigger");
+    }
+  }
   return open;
 }
 

@@ -33,6 +33,9 @@ struct OpenDevices {
   drivers::DigitalIo* lines = nullptr;  ///< null: rig.toml names no emergency stop
   BusWorker* lines_worker = nullptr;
   std::size_t emergency_stop_line = 0;
+  drivers::DigitalIo* trigger =
+      nullptr;  ///< has the line that triggers the camera; null: its own command does
+  BusWorker* trigger_worker = nullptr;
 
   /// Carries out what is queued at every bus, and ends the workers.
   void finish() { workers.clear(); }

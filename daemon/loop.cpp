@@ -152,6 +152,38 @@ void Loop::fetch(const FetchFrame& action) {
       0, deadline("camera: the transfer of a frame", setup_.rig.deadlines.frame_s));
 }
 
+void Loop::trigger(const TriggerCamera& action) {
+  devices_.camera_worker->queue(
+      [this, action] {
+        const bool by_line = devices_.trigger != nullptr;
+        auto ok = by_line ? devices_.camera->await_trigger(action.exposure_s, 1)
+                          : devices_.camera->trigger(action.exposure_s, 1);
+        if (!ok) {
+          post(failure("camera", ok.error()));
+        } else if (by_line) {
+          pulse(action.exposure);
+        } else {
+          post(CameraTriggered{action.exposure});
+        }
+      },
+      0, deadline("camera: a trigger", setup_.rig.deadlines.camera_s));
+}
+
+// The exposure begins with the rising edge.
+void Loop::pulse(std::uint64_t exposure) {
+  devices_.trigger_worker->queue(
+      [this, exposure] {
+        const machine::TriggerLine& line = *setup_.rig.camera_trigger;
+        if (auto ok = devices_.trigger->set(line.line.line, true); !ok)
+          return post(failure("lines", ok.error()));
+        post(CameraTriggered{exposure});
+        base::WaitSlot slot;
+        clock_.wait(slot, clock_.now() + base::seconds(line.pulse_s), base::WaitFor::rig);
+        if (auto ok = devices_.trigger->set(line.line.line, false); !ok) post(failure("lines", ok.error()));
+      },
+      0, deadline("lines: the camera's trigger", setup_.rig.deadlines.lines_s));
+}
+
 void Loop::hand_to_local_clients(FrameSlot slot, const drivers::FrameInfo& info) {
   const protocol::FrameBuffer& buffer = pool_.buffer(slot);
   protocol::LocalFrame frame;
@@ -267,17 +299,7 @@ void Loop::carry_out(Action& action) {
                 },
                 0, deadline("camera: to get ready", setup_.rig.deadlines.camera_s));
           },
-          [&](const TriggerCamera& a) {
-            devices_.camera_worker->queue(
-                [this, a] {
-                  if (auto ok = devices_.camera->trigger(a.exposure_s, 1); ok) {
-                    post(CameraTriggered{a.exposure});
-                  } else {
-                    post(failure("camera", ok.error()));
-                  }
-                },
-                0, deadline("camera: a trigger", setup_.rig.deadlines.camera_s));
-          },
+          [&](const TriggerCamera& a) { trigger(a); },
           [&](const FetchFrame& a) { fetch(a); },
           [&](const AbortCamera&) {
             devices_.camera_worker->queue(

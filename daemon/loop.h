@@ -41,6 +41,8 @@ class Loop {
   void carry_out(Action& action);
   enum class Turn { command, reading, stop };
   void to_axis(std::size_t axis, Turn turn, std::function<base::Result<void>(drivers::Axis&)> what);
+  void trigger(const TriggerCamera& action);
+  void pulse(std::uint64_t exposure);
   void fetch(const FetchFrame& action);
   void publish(const protocol::Event& event);
   void hand_to_local_clients(FrameSlot slot, const drivers::FrameInfo& info);

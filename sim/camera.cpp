@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/base/random.h"
 #include "sim/exposure.h"
@@ -36,6 +37,12 @@ void damage(const CameraWorld& camera, std::uint64_t key, std::span<std::uint16_
 
 VirtualCamera::VirtualCamera(std::shared_ptr<Machine> machine) : machine_(std::move(machine)) {
   if (!machine_->world().camera.hashed) renderer_ = std::make_unique<Renderer>(machine_->world());
+  machine_->on_trigger_line([this] {
+    const std::lock_guard lock(mutex_);
+    if (!awaiting_) return;  // a pulse that nothing waits for
+    const auto [exposure_s, gain] = *std::exchange(awaiting_, std::nullopt);
+    expose_now(exposure_s, gain);
+  });
 }
 
 drivers::CameraCapabilities VirtualCamera::capabilities() const {
@@ -43,16 +50,21 @@ drivers::CameraCapabilities VirtualCamera::capabilities() const {
   return {c.width, c.height, c.bits, "RGGB", c.min_exposure_s, c.max_exposure_s, c.readout_s, true};
 }
 
+VirtualCamera::~VirtualCamera() {
+  machine_->on_trigger_line({});
+}
+
 Result<void> VirtualCamera::arm() {
   if (auto reached = machine_->reach(kName); !reached) return reached;
+  const std::lock_guard lock(mutex_);
   exposure_.reset();
+  awaiting_.reset();
   taken_.clear();
   return {};
 }
 
-Result<void> VirtualCamera::trigger(double exposure_s, double gain) {
-  if (auto reached = machine_->reach(kName); !reached) return reached;
-  if (exposure_) {
+Result<void> VirtualCamera::check(double exposure_s, double gain) const {
+  if (exposure_ || awaiting_) {
     return fail(ErrorCode::busy, "the camera is exposing, or its frame was not fetched", "camera");
   }
   const CameraWorld& camera = machine_->world().camera;
@@ -63,10 +75,29 @@ Result<void> VirtualCamera::trigger(double exposure_s, double gain) {
   if (!(gain > 0) || !std::isfinite(gain)) {
     return fail(ErrorCode::bad_input, fmt::format("the camera has no gain {}", gain), "camera");
   }
+  return {};
+}
+
+void VirtualCamera::expose_now(double exposure_s, double gain) {
   const std::uint64_t nth = taken_[{exposure_s, gain}]++;
   const bool dropped = machine_->strike(FaultKind::dropped_frame, kName).has_value();
   exposure_ = Exposure{machine_->clock().now(), exposure_s, gain, nth, dropped, machine_->scene()};
   ++counter_;
+}
+
+Result<void> VirtualCamera::trigger(double exposure_s, double gain) {
+  if (auto reached = machine_->reach(kName); !reached) return reached;
+  const std::lock_guard lock(mutex_);
+  if (auto ok = check(exposure_s, gain); !ok) return ok;
+  expose_now(exposure_s, gain);
+  return {};
+}
+
+Result<void> VirtualCamera::await_trigger(double exposure_s, double gain) {
+  if (auto reached = machine_->reach(kName); !reached) return reached;
+  const std::lock_guard lock(mutex_);
+  if (auto ok = check(exposure_s, gain); !ok) return ok;
+  awaiting_ = {exposure_s, gain};
   return {};
 }
 
@@ -102,6 +133,8 @@ void VirtualCamera::paint(const Exposure& e, std::span<std::uint16_t> pixels) {
 Result<std::optional<drivers::FrameInfo>> VirtualCamera::fetch(std::span<std::uint16_t> pixels) {
   if (auto reached = machine_->reach(kName); !reached) return base::pass(reached);
   const World& world = machine_->world();
+  const std::lock_guard lock(mutex_);
+  if (awaiting_) return std::optional<drivers::FrameInfo>();  // the pulse never came, or comes still
   if (!exposure_) return fail(ErrorCode::device, "no exposure was triggered", "camera");
   if (pixels.size() !=
       static_cast<std::size_t>(world.camera.width) * static_cast<std::size_t>(world.camera.height)) {
@@ -123,6 +156,8 @@ Result<std::optional<drivers::FrameInfo>> VirtualCamera::fetch(std::span<std::ui
 
 Result<void> VirtualCamera::abort() {
   if (auto reached = machine_->reach(kName); !reached) return reached;
+  const std::lock_guard lock(mutex_);
+  awaiting_.reset();
   exposure_.reset();
   return {};
 }

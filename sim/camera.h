@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -18,11 +19,16 @@ namespace rig::sim {
 class VirtualCamera final : public drivers::Camera {
  public:
   explicit VirtualCamera(std::shared_ptr<Machine> machine);
+  ~VirtualCamera() override;
+  VirtualCamera(const VirtualCamera&) = delete;
+  VirtualCamera& operator=(const VirtualCamera&) = delete;
 
   [[nodiscard]] drivers::CameraCapabilities capabilities() const override;
   [[nodiscard]] base::Result<void> arm() override;
   /// The light and the axes are taken as they are now, for the whole exposure.
   [[nodiscard]] base::Result<void> trigger(double exposure_s, double gain) override;
+  /// The machine's trigger line begins it.
+  [[nodiscard]] base::Result<void> await_trigger(double exposure_s, double gain) override;
   [[nodiscard]] base::Result<std::optional<drivers::FrameInfo>> fetch(
       std::span<std::uint16_t> pixels) override;
   [[nodiscard]] base::Result<void> abort() override;
@@ -36,11 +42,15 @@ class VirtualCamera final : public drivers::Camera {
     Scene scene;
   };
 
+  [[nodiscard]] base::Result<void> check(double exposure_s, double gain) const;
+  void expose_now(double exposure_s, double gain);
   void paint(const Exposure& exposure, std::span<std::uint16_t> pixels);
   [[nodiscard]] std::uint64_t noise_key(const Exposure& exposure) const;
 
   std::shared_ptr<Machine> machine_;
-  std::unique_ptr<Renderer> renderer_;  // none where frames are painted from a hash
+  std::unique_ptr<Renderer> renderer_;                 // none where frames are painted from a hash
+  std::mutex mutex_;                                   // the trigger line is on another bus
+  std::optional<std::pair<double, double>> awaiting_;  // exposure and gain that the next pulse begins
   std::optional<Exposure> exposure_;
   std::map<std::pair<double, double>, std::uint64_t> taken_;  // by exposure and gain, since armed
   std::uint64_t counter_ = 0;

@@ -79,13 +79,20 @@ class VirtualLines final : public drivers::DigitalIo {
  public:
   explicit VirtualLines(Shared machine) : machine_(std::move(machine)) {}
 
-  [[nodiscard]] std::vector<drivers::Line> lines() const override { return {{"emergency_stop", false}}; }
+  [[nodiscard]] std::vector<drivers::Line> lines() const override {
+    return {{"emergency_stop", false}, {"camera_trigger", true}};
+  }
   [[nodiscard]] Result<std::vector<bool>> read() override {
     if (auto reached = machine_->reach("lines"); !reached) return base::pass(reached);
     if (machine_->strike(FaultKind::garbage, "lines")) return std::vector<bool>();
-    return std::vector<bool>{machine_->emergency_stop()};
+    return std::vector<bool>{machine_->emergency_stop(), false};
   }
-  [[nodiscard]] Result<void> set(const std::string& line, bool /*active*/) override {
+  [[nodiscard]] Result<void> set(const std::string& line, bool active) override {
+    if (auto reached = machine_->reach("lines"); !reached) return reached;
+    if (line == "camera_trigger") {
+      if (active) machine_->pulse_trigger_line();
+      return {};
+    }
     return fail(ErrorCode::bad_input, fmt::format("there is no output line '{}'", line), "lines");
   }
 

@@ -115,6 +115,16 @@ void Machine::catch_up() {
   if (changed) save();
 }
 
+void Machine::on_trigger_line(std::function<void()> listener) {
+  const std::lock_guard lock(trigger_mutex_);
+  on_trigger_ = std::move(listener);
+}
+
+void Machine::pulse_trigger_line() {
+  const std::lock_guard lock(trigger_mutex_);
+  if (on_trigger_) on_trigger_();
+}
+
 bool Machine::emergency_stop() {
   const std::lock_guard lock(mutex_);
   if (const auto step_s = strike(FaultKind::clock_step, "lines")) {

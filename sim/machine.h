@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <mutex>
 
@@ -54,6 +55,10 @@ class Machine {
   /// have no power then.
   [[nodiscard]] bool emergency_stop();
 
+  /// Who hears the rising edge of the camera's trigger line; empty: nobody.
+  void on_trigger_line(std::function<void()> listener);
+  void pulse_trigger_line();
+
   [[nodiscard]] Scene scene();
 
  private:
@@ -71,6 +76,8 @@ class Machine {
   void catch_up();
   void save();
 
+  std::mutex trigger_mutex_;
+  std::function<void()> on_trigger_;
   std::mutex mutex_;
   const World world_;
   base::Clock& clock_;

@@ -293,6 +293,10 @@ base::Result<RigConfig> read_rig(const ConfigTable& root) {
     if (const auto stop = lines->table_if("emergency_stop")) {
       rig.emergency_stop = LineRef{read_device(*stop, rig.modules), stop->text("line")};
     }
+    if (const auto trigger = lines->table_if("camera_trigger")) {
+      rig.camera_trigger = TriggerLine{{read_device(*trigger, rig.modules), trigger->text("line")},
+                                       1e-6 * trigger->number_or("pulse_us", 1000, {1, 1e6})};
+    }
   }
   if (const auto deadlines = root.table_if("deadlines")) rig.deadlines = read_deadlines(*deadlines);
   const ConfigTable bodies = root.table("bodies");

@@ -97,6 +97,12 @@ struct LineRef {
   std::string line;
 };
 
+/// The output that triggers the camera.
+struct TriggerLine {
+  LineRef line;
+  double pulse_s = 0.001;
+};
+
 struct ModuleConfig {
   std::string name;
   std::string file;            ///< "virtual" finds librig_driver_virtual.so in the driver path; or a path
@@ -121,6 +127,7 @@ struct RigConfig {
   LightConfig light;
   CarrierConfig carrier;
   std::optional<LineRef> emergency_stop;  ///< input that says the hardware cut drive power
+  std::optional<TriggerLine> camera_trigger;  ///< none: by the camera's own command
   Deadlines deadlines;
   Bodies bodies;
   std::vector<KeepOut> keep_out;

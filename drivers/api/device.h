@@ -32,7 +32,7 @@ struct AxisState {
   bool moving = false;
   bool homed = false;
   bool at_low_limit = false, at_high_limit = false;
-  std::string fault;  ///< empty: none
+  std::string fault;                                   ///< empty: none
   std::optional<double> temperature_c = std::nullopt;  ///< of motor or drive, where it tells
 };
 
@@ -83,6 +83,11 @@ class Camera {
   [[nodiscard]] virtual Result<void> arm() = 0;
   /// Starts one exposure.
   [[nodiscard]] virtual Result<void> trigger(double exposure_s, double gain) = 0;
+  /// Makes ready for one exposure, which the next pulse on the camera's trigger input begins. Refused by a
+  /// camera that has none.
+  [[nodiscard]] virtual Result<void> await_trigger(double /*exposure_s*/, double /*gain*/) {
+    return base::fail(base::ErrorCode::refused, "this camera has no trigger input");
+  }
   /// The frame of the last trigger into `pixels` (width * height); nothing yet while it exposes or reads out.
   [[nodiscard]] virtual Result<std::optional<FrameInfo>> fetch(std::span<std::uint16_t> pixels) = 0;
   /// Ends an exposure; its frame never arrives.
@@ -100,8 +105,8 @@ struct LightState {
   bool shutter_open = false;
   double level = 0;  ///< 0 .. 1
   bool warm = false;
-  double hours = 0;   ///< lamp life used
-  std::string fault;      ///< empty: none
+  double hours = 0;                                    ///< lamp life used
+  std::string fault;                                   ///< empty: none
   std::optional<double> temperature_c = std::nullopt;  ///< of the lamp, where it tells
 };
 
