@@ -15,6 +15,7 @@ using ::testing::ContainsRegex;
 
 class Fault : public ::testing::Test {
  protected:
+  std::vector<std::string> told_;  // reasons that were heard of, as expressions
   TemporaryFolder folder_;
   RunningRig rig_{folder_ / "rig", tiny_rig_toml()};
 
@@ -37,6 +38,7 @@ class Fault : public ::testing::Test {
       return event.has_stop_latched();
     })) << rig_.log();
     EXPECT_THAT(told, ContainsRegex(reason));
+    told_.push_back(reason);
     protocol::Request look;
     look.mutable_get_status();
     const auto status = rig_.expect_done(look).status();
@@ -56,11 +58,15 @@ class Fault : public ::testing::Test {
       return event.has_pose_failed();
     })) << rig_.log();
     EXPECT_THAT(failed.reason(), ContainsRegex(reason));
+    told_.push_back(reason);
     return failed;
   }
   void finish() {
     EXPECT_EQ(rig_.await_job_end(), protocol::COMPLETE) << rig_.log();
     EXPECT_EQ(rig_.end(SIGTERM), 0) << rig_.log();
+    // Whoever comes in the morning reads of each.
+    const std::string report = bytes_in(rig_.scan() / "report.txt");
+    for (const std::string& reason : told_) EXPECT_THAT(report, ContainsRegex(reason));
   }
   [[nodiscard]] scan::ScanView view() const {
     auto scan = scan::open_scan(rig_.scan());
