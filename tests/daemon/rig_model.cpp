@@ -277,8 +277,8 @@ void RigModel::fetch(std::uint64_t exposure) {
   if (state_.frame && state_.frame->exposure == exposure && state_.frame->row >= 0) {
     const base::Time over = exposing_->first + seconds(exposing_->second);
     for (const Drive& drive : drives_) {
-      const bool moved = drive.end > drive.start && drive.end > exposing_->first && drive.start < over;
-      expect(!moved, "an axis moved while the camera exposed");
+      const bool went = drive.end > drive.start && drive.end > exposing_->first && drive.start < over;
+      expect(!went, "an axis moved while the camera exposed");
     }
   }
   const FrameSlot slot{next_slot_++};
