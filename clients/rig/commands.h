@@ -37,7 +37,8 @@ struct LightChange {
 [[nodiscard]] Result<void> job_abort(const Connection& to, std::uint64_t job);
 [[nodiscard]] Result<void> job_hold(const Connection& to, std::uint64_t job, const std::string& reason);
 [[nodiscard]] Result<void> job_release(const Connection& to, std::uint64_t job);
-/// What the job would take; an Error where it cannot be done. An empty scan folder: the disk is not looked at.
+/// What the job would take; an Error where it cannot be done. An empty scan folder: the disk is not looked
+/// at.
 [[nodiscard]] Result<void> job_check(const Connection& to, const std::string& job_file,
                                      const std::string& scan);
 /// The morning report.
