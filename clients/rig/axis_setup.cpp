@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <vector>
 
-#include "clients/rig/ask.h"
+#include "clients/rig/axis_drive.h"
 #include "clients/rig/axis_file.h"
 #include "clients/rig/dialogue.h"
 #include "clients/rig/text_difference.h"
 #include "core/base/files.h"
-#include "core/base/interrupt.h"
 
 namespace rig::client {
 
@@ -52,11 +52,11 @@ std::string_view without_sign(std::string_view answer) {
 class AxisSetup {
  public:
   AxisSetup(const Connection& to, const AxisSetupOptions& options, std::string text, AxisFile file)
-      : to_(to),
-        options_(options),
+      : options_(options),
         text_(std::move(text)),
         file_(std::move(file)),
-        dialogue_(options.answers) {}
+        dialogue_(options.answers),
+        drive_(to, file_.axis, file_.tolerance_deg, dialogue_) {}
 
   Result<void> run() {
     if (auto ok = begin(); !ok) return ok;
@@ -69,54 +69,10 @@ class AxisSetup {
   }
 
  private:
-  // ---- the rig
-
-  Result<protocol::AxisStatus> look() {
-    protocol::Request request;
-    request.mutable_get_status();
-    const auto reply = ask(to_, request, to_.wait_s);
-    if (!reply) return pass(reply);
-    rig_ = reply->status();
-    for (const auto& axis : rig_.axes()) {
-      if (axis.name() == file_.axis) return axis;
-    }
-    return fail(ErrorCode::not_found, fmt::format("rigd has no axis '{}'", file_.axis));
-  }
-
-  Result<double> position() {
-    const auto axis = look();
-    if (!axis) return pass(axis);
-    return axis->position_deg();
-  }
-
-  // Whoever interrupts a movement wants it to end, not only this program.
-  Result<void> while_watched(Result<void> moved) {
-    if (moved || moved.error().code != ErrorCode::interrupted) return moved;
-    if (auto stopped = stop(to_, "rig axis setup was interrupted"); !stopped) return stopped;
-    return base::interrupted_error(
-        "every axis was stopped, rig.toml is as it was; `rig clear` lets them move again");
-  }
-
-  // Where it stands afterwards. What rigd refuses is told, and nothing.
-  Result<std::optional<double>> go_to(double angle_deg) {
-    dialogue_.say(fmt::format("  moves to {:.3f} deg ...", angle_deg));
-    const auto moved = while_watched(move(to_, {{file_.axis, angle_deg}}));
-    if (!moved && moved.error().code == ErrorCode::refused) {
-      dialogue_.say("  " + moved.error().text());
-      return std::nullopt;
-    }
-    if (!moved) return pass(moved);
-    const auto now = position();
-    if (!now) return pass(now);
-    return *now;
-  }
-
-  // ---- the steps
-
   Result<void> begin() {
-    const auto axis = look();
+    const auto axis = drive_.look();
     if (!axis) return pass(axis);
-    if (rig_.rig_name() != file_.rig || std::abs(axis->min_deg() - file_.min_deg) > kSameLimit_deg ||
+    if (drive_.rig_name() != file_.rig || std::abs(axis->min_deg() - file_.min_deg) > kSameLimit_deg ||
         std::abs(axis->max_deg() - file_.max_deg) > kSameLimit_deg) {
       return fail(ErrorCode::bad_input, "rigd runs with another rig.toml, or another version of it",
                   options_.config, "name its file with --config, or start it anew");
@@ -132,20 +88,19 @@ class AxisSetup {
                                          : std::string("not set in rig.toml")));
     dialogue_.say(fmt::format("  stands at  {:.3f} deg, {}", axis->position_deg(),
                               axis->homed() ? "homed" : "not homed"));
-    if (::access(options_.config.c_str(), W_OK) != 0)
-      dialogue_.say(fmt::format("  You may not write {}: what is found can only be shown.", options_.config));
+    // It is replaced, not written into.
+    const auto folder = std::filesystem::absolute(options_.config).parent_path();
+    if (::access(folder.c_str(), W_OK) != 0)
+      dialogue_.say(
+          fmt::format("  You may not change {}: what is found can only be shown.", options_.config));
     dialogue_.say(
-        "\nIt moves after a yes, never otherwise. Keep the emergency stop at hand; `rig stop` from "
-        "elsewhere\n"
-        "ends a movement too. An empty answer is the one in capitals; Ctrl-C ends, and nothing is changed.");
+        "\nIt moves after a yes, never otherwise. Keep the emergency stop at hand; Ctrl-C stops a movement,\n"
+        "and leaves rig.toml as it is. An empty answer is the one in capitals.");
     return home_what_needs_it();
   }
 
   Result<void> home_what_needs_it() {
-    std::vector<std::string> axes;
-    for (const auto& axis : rig_.axes()) {
-      if (!axis.homed()) axes.push_back(axis.name());
-    }
+    const auto axes = drive_.not_homed();
     if (axes.empty()) return {};
     const auto yes = dialogue_.agrees(fmt::format("\nrigd moves an axis only when all are homed; not yet: "
                                                   "{}. Home all now, in the order of rig.toml?",
@@ -154,11 +109,11 @@ class AxisSetup {
     if (!yes) return pass(yes);
     if (!*yes)
       return fail(ErrorCode::refused, "an axis cannot be set up before the rig is homed", {}, "rig home");
-    return while_watched(home(to_, {}));
+    return drive_.home_all();
   }
 
   Result<void> direction() {
-    const auto start = position();
+    const auto start = drive_.position();
     if (!start) return pass(start);
     const double from = *start + options_.jog_deg <= file_.max_deg ? *start : *start - options_.jog_deg;
     dialogue_.say(fmt::format("\nDirection. Positive means: {}.", positive_sense().at(file_.axis)));
@@ -186,7 +141,7 @@ class AxisSetup {
   // False where rigd refused it.
   Result<bool> jog_from(double angle_deg) {
     for (const double angle : {angle_deg, angle_deg + options_.jog_deg}) {
-      const auto now = go_to(angle);
+      const auto now = drive_.go_to(angle);
       if (!now) return pass(now);
       if (!*now) return false;
     }
@@ -206,7 +161,7 @@ class AxisSetup {
   }
 
   Result<void> scale() {
-    const auto start = position();
+    const auto start = drive_.position();
     if (!start) return pass(start);
     const double from = std::min(*start, file_.max_deg - options_.scale_deg);
     dialogue_.say(
@@ -216,17 +171,20 @@ class AxisSetup {
                                 options_.scale_deg));
       return {};
     }
-    const double to = from + options_.scale_deg;
-    const auto yes =
-        dialogue_.agrees(fmt::format("  Go to {:.3f} deg, to turn on to {:.3f} from there?", from, to), true);
-    if (!yes) return pass(yes);
-    if (!*yes) return {};
-    const auto before = go_to(from);
+    if (from < *start) {
+      const auto yes = dialogue_.agrees(fmt::format("  Go to {:.3f} deg, to turn from there?", from), true);
+      if (!yes) return pass(yes);
+      if (!*yes) return {};
+    }
+    const auto before = drive_.go_to(from);
     if (!before) return pass(before);
     if (!*before) return {};
-    if (auto marked = dialogue_.ask("  Mark where it stands, then press Enter: it turns."); !marked)
-      return pass(marked);
-    const auto after = go_to(to);
+    const double to = from + options_.scale_deg;
+    const auto yes = dialogue_.agrees(
+        fmt::format("  Mark where it stands. Turn from {:.3f} to {:.3f} deg?", **before, to), true);
+    if (!yes) return pass(yes);
+    if (!*yes) return {};
+    const auto after = drive_.go_to(to);
     if (!after) return pass(after);
     if (!*after) return {};
     const double told_deg = **after - **before;
@@ -288,7 +246,7 @@ class AxisSetup {
   Result<void> find_limit(const char* name, int sign, double old_deg, std::optional<double>& found_deg) {
     dialogue_.say(fmt::format("  {} end, {:g} deg in rig.toml", name, old_deg));
     while (true) {
-      const auto now = position();
+      const auto now = drive_.position();
       if (!now) return pass(now);
       const auto answer = dialogue_.ask(fmt::format("  at {:.3f} deg, {}>", *now, name));
       if (!answer) return pass(answer);
@@ -312,7 +270,7 @@ class AxisSetup {
         dialogue_.say(fmt::format("  rigd goes no further than {:g} deg; `= ANGLE` sets a limit beyond", to));
         continue;
       }
-      if (auto moved = go_to(to); !moved) return pass(moved);
+      if (auto moved = drive_.go_to(to); !moved) return pass(moved);
     }
   }
 
@@ -328,8 +286,8 @@ class AxisSetup {
     if (!yes) return pass(yes);
     if (!*yes) return {};
     dialogue_.say("  homes ...");
-    if (auto ok = while_watched(home(to_, {file_.axis})); !ok) return ok;
-    const auto now = position();
+    if (auto ok = drive_.home(); !ok) return ok;
+    const auto now = drive_.position();
     if (!now) return pass(now);
     const double off = *now - file_.home_deg;
     if (std::abs(off) <= file_.tolerance_deg) {
@@ -372,12 +330,11 @@ class AxisSetup {
     return {};
   }
 
-  const Connection to_;
   const AxisSetupOptions options_;
   const std::string text_;  // of rig.toml
   const AxisFile file_;
   Dialogue dialogue_;
-  protocol::Status rig_;  // as last seen
+  AxisDrive drive_;
   AxisChanges changes_;
   std::vector<std::string> by_hand_;
   bool ends_here_ = false;

@@ -8,7 +8,7 @@ namespace rig::client {
 namespace {
 
 constexpr std::size_t kTextWidth = 56;
-constexpr std::size_t kBarWidth = 40;
+constexpr std::size_t kBarWidth = 34;
 constexpr std::size_t kNarrowestPicture = 24;
 constexpr std::size_t kWidestPicture = 120;
 constexpr std::size_t kFewestPictureRows = 6;

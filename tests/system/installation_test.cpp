@@ -117,7 +117,7 @@ TEST(Manual, SaysWhatTheProgramSaysAndMore) {
                           HasSubstr("/etc/rigd/rig.toml"), HasSubstr("SIGTERM")));
   EXPECT_THAT(bytes_in(RIG_BINARY_DIR "/man/rig.1"),
               AllOf(HasSubstr("\\-\\-until\\-idle"), HasSubstr("RIG_ENDPOINT"),
-                    HasSubstr("\\-\\-scale\\-deg"), HasSubstr("/etc/rigd/rig.toml")));
+                    HasSubstr("\\-\\-preview\\-width"), HasSubstr("/etc/rigd/rig.toml")));
 }
 
 TEST(Completion, OffersWhatTheProgramsKnow) {
