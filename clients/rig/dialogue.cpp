@@ -40,7 +40,7 @@ void Dialogue::say(const std::string& text) const {
 Result<std::string> Dialogue::ask(const std::string& question) {
   std::printf("%s ", question.c_str());
   std::fflush(stdout);
-  for (std::size_t end = 0; (end = buffer_.find('\n')) == std::string::npos;) {
+  while (buffer_.find('\n') == std::string::npos) {
     if (base::interrupted()) {
       std::printf("\n");
       return base::interrupted_error("nothing was changed");

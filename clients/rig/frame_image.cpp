@@ -14,7 +14,6 @@ namespace rig::client {
 
 using base::ErrorCode;
 using base::fail;
-using base::pass;
 using base::Result;
 
 namespace {

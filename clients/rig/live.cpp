@@ -17,7 +17,6 @@
 namespace rig::client {
 
 using base::ErrorCode;
-using base::fail;
 using base::pass;
 
 namespace {
@@ -48,6 +47,7 @@ Result<std::optional<machine::RigConfig>> machine_at(const std::string& config) 
 
 std::vector<int> fiducials_of(const machine::RigConfig& rig) {
   std::vector<int> ids;
+  ids.reserve(rig.carrier.fiducials.size());
   for (const auto& fiducial : rig.carrier.fiducials) ids.push_back(fiducial.id);
   std::sort(ids.begin(), ids.end());
   return ids;
@@ -69,7 +69,7 @@ class Live {
 
   Result<void> run() {
     if (!options_.once && is_terminal()) screen_ = std::make_unique<WholeTerminal>();
-    const auto ended = show_frames();
+    auto ended = show_frames();
     screen_.reset();
     if (!ended && ended.error().code != ErrorCode::interrupted) return ended;
     if (!options_.save.empty() && last_) {
@@ -85,7 +85,7 @@ class Live {
 
   Result<void> show_frames() {
     for (int adjusted = 0; !base::interrupted();) {
-      const auto taken = take();
+      auto taken = take();
       if (!taken && taken.error().code == ErrorCode::interrupted) break;
       if (!taken) {
         if (!passes_by(taken.error().code)) return taken;

@@ -31,6 +31,7 @@ std::vector<int> missing(const LiveView& view) {
 std::vector<std::string> focus_lines(const LiveView& view, bool utf8) {
   const double share = share_of_best(view.frame.focus, view.best_focus);
   std::vector<double> heights;
+  heights.reserve(view.focus_history.size());
   for (const double focus : view.focus_history) heights.push_back(share_of_best(focus, view.best_focus));
   return {fmt::format("focus      {:.4g}, best so far {:.4g}", view.frame.focus, view.best_focus),
           fmt::format("{} {:3.0f} % of best", bar(share, kBarWidth, utf8), 100 * share),

@@ -84,6 +84,7 @@ std::vector<std::string> histogram_lines(const protocol::Frame& preview, bool ut
   const double most = *std::max_element(shares.begin(), shares.end());
   std::vector<double> heights;
   // The root shows small shares too.
+  heights.reserve(shares.size());
   for (const double share : shares) heights.push_back(std::sqrt(most > 0 ? share / most : 0));
   return {"dark " + column_chart(heights, utf8) + " bright"};
 }
