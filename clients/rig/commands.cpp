@@ -3,19 +3,15 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <span>
 
+#include "clients/rig/ask.h"
 #include "clients/rig/format.h"
+#include "clients/rig/frame_image.h"
 #include "core/base/files.h"
 #include "core/base/progress.h"
 #include "core/machine/job_config.h"
 #include "core/scan/verify.h"
-#include "protocol/client.h"
 #include "protocol/report_text.h"
-
-// Last: it defines macros that hide the byte swaps of the system, which Protocol Buffers uses.
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
 
 namespace rig::client {
 
@@ -27,43 +23,9 @@ using protocol::Request;
 
 namespace {
 
-// A move or homing is answered when it has ended.
-constexpr double kLongest_s = 600;
-constexpr double kLongestWait_s = 86400;
-
-Result<Reply> ask(const Connection& to, const Request& request, double timeout_s) {
-  // Written so that NaN is refused too.
-  if (!(timeout_s >= 0 && timeout_s <= kLongestWait_s))
-    return fail(ErrorCode::bad_input, fmt::format("{} s is no time to wait for an answer", timeout_s));
-  auto client = protocol::Client::connect(to.endpoint);
-  if (!client) return pass(client);
-  auto reply = client->ask(request, std::chrono::milliseconds(static_cast<long>(timeout_s * 1e3)));
-  if (!reply) return reply;
-  if (reply->outcome() == protocol::DONE) return reply;
-  const bool refused = reply->outcome() == protocol::REFUSED;
-  return fail(refused ? ErrorCode::refused : ErrorCode::device,
-              fmt::format("{}: {}", refused ? "refused" : "failed", reply->reason()));
-}
-
 Result<void> only_done(const Result<Reply>& reply) {
   if (!reply) return pass(reply);
   return {};
-}
-
-// Encoded in memory, so that on disk it is there whole or not at all.
-Result<void> write_image(const std::string& out, int width, int height, int channels,
-                         const OIIO::TypeDesc& type, const void* data) {
-  if (width <= 0 || height <= 0) return fail(ErrorCode::damaged, "rigd's answer holds no image");
-  auto file = OIIO::ImageOutput::create(out);
-  if (!file) return fail(ErrorCode::bad_input, "cannot write this kind of image", out, ".png or .tif");
-  std::vector<unsigned char> bytes;
-  OIIO::Filesystem::IOVecOutput sink(bytes);
-  const OIIO::ImageSpec spec(width, height, channels, type);
-  if (!file->set_ioproxy(&sink) || !file->open(out, spec) || !file->write_image(type, data) ||
-      !file->close()) {
-    return fail(ErrorCode::io, file->geterror(), out);
-  }
-  return base::write_file_durably(out, std::as_bytes(std::span(bytes)));
 }
 
 }  // namespace
@@ -80,7 +42,7 @@ Result<void> home(const Connection& to, const std::vector<std::string>& axes) {
   Request request;
   request.mutable_home();
   for (const std::string& axis : axes) request.mutable_home()->add_axes(axis);
-  return only_done(ask(to, request, kLongest_s));
+  return only_done(ask(to, request, kLongestMotion_s));
 }
 
 Result<void> move(const Connection& to, const std::map<std::string, double>& angles_deg) {
@@ -91,7 +53,7 @@ Result<void> move(const Connection& to, const std::map<std::string, double>& ang
     named.set_axis(axis);
     named.set_angle_deg(angle);
   }
-  return only_done(ask(to, request, kLongest_s));
+  return only_done(ask(to, request, kLongestMotion_s));
 }
 
 Result<void> stop(const Connection& to, const std::string& reason) {
@@ -116,28 +78,17 @@ Result<void> light(const Connection& to, const LightChange& change) {
 }
 
 Result<void> snap(const Connection& to, double exposure_us, const std::string& out) {
-  const std::string extension = std::filesystem::path(out).extension().string();
-  const bool full = extension == ".tif" || extension == ".tiff";
-  if (!full && extension != ".png") return fail(ErrorCode::bad_input, "is neither .png nor .tif", out);
+  const auto content = content_for(out);
+  if (!content) return pass(content);
   Request request;
   request.mutable_snap()->set_exposure_us(exposure_us);
-  request.mutable_snap()->set_full(full);
+  request.mutable_snap()->set_full(*content == FrameContent::raw);
   const auto reply = ask(to, request, exposure_us * 1e-6 + 30);
   if (!reply) return pass(reply);
   const auto& frame = reply->frame();
   std::printf("exposure %.0f us, %.3f %% of the sample saturated\n", frame.exposure_us(),
               100 * frame.saturated_share());
-  const std::size_t raw = std::size_t{2} * frame.width() * frame.height();
-  const std::size_t rgb = std::size_t{3} * frame.preview_width() * frame.preview_height();
-  if (frame.raw().size() != (full ? raw : 0) || frame.preview_rgb().size() != rgb) {
-    return fail(ErrorCode::damaged, "rigd's answer holds an image of another size than it says");
-  }
-  if (full) {
-    return write_image(out, static_cast<int>(frame.width()), static_cast<int>(frame.height()), 1,
-                       OIIO::TypeDesc::UINT16, frame.raw().data());
-  }
-  return write_image(out, static_cast<int>(frame.preview_width()), static_cast<int>(frame.preview_height()),
-                     3, OIIO::TypeDesc::UINT8, frame.preview_rgb().data());
+  return write_frame(frame, *content, out);
 }
 
 Result<void> job_submit(const Connection& to, const std::string& job_file, const std::string& scan) {

@@ -9,6 +9,7 @@
 #include "clients/rig/fetch_frame.h"
 #include "clients/rig/metrics.h"
 #include "clients/rig/scan_commands.h"
+#include "clients/rig/setup_options.h"
 #include "clients/rig/watch.h"
 #include "core/base/command_line.h"
 #include "core/base/interrupt.h"
@@ -113,6 +114,9 @@ int main(int argc, char** argv) {
   snap_command->add_option("--exposure-us", exposure_us, "exposure time")->capture_default_str();
   snap_command->add_option("--out", out, ".png: a preview; .tif: the raw samples")->required();
   snap_command->callback([&] { chosen = [&] { return snap(to, exposure_us, out); }; });
+
+  offer_live(app, command, to, chosen);
+  offer_axis(app, command, to, chosen);
 
   auto* job = app.add_subcommand("job", "scan jobs");
   job->require_subcommand(1);

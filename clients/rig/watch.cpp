@@ -3,6 +3,7 @@
 #include <set>
 
 #include "clients/rig/format.h"
+#include "clients/rig/terminal.h"
 #include "clients/rig/watch_screen.h"
 #include "core/base/interrupt.h"
 #include "core/base/progress.h"

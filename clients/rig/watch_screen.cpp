@@ -2,11 +2,10 @@
 
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
-#include <sys/ioctl.h>
 #include <unistd.h>
 #include <vector>
+
+#include "clients/rig/terminal.h"
 
 namespace rig::client {
 
@@ -51,31 +50,10 @@ class LineScreen : public WatchScreen {
   Steady::time_point printed_ = Steady::now() - std::chrono::seconds(60);
 };
 
-TerminalStyle terminal_style() {
-  TerminalStyle style;
-  winsize size{};
-  if (::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 && size.ws_row > 0) {
-    style.columns = size.ws_col;
-    style.rows = size.ws_row;
-  }
-  const auto says_utf8 = [](const char* name) {
-    const char* value = std::getenv(name);
-    return value != nullptr &&
-           (std::strstr(value, "UTF-8") != nullptr || std::strstr(value, "utf8") != nullptr);
-  };
-  style.utf8 = says_utf8("LC_ALL") || says_utf8("LC_CTYPE") || says_utf8("LANG");
-  style.colour = std::getenv("NO_COLOR") == nullptr;
-  return style;
-}
-
 class FullScreen : public WatchScreen {
  public:
-  FullScreen() {
-    // The other screen of the terminal, without its cursor.
-    std::printf("\033[?1049h\033[?25l");
-  }
   ~FullScreen() override {
-    std::printf("\033[?25h\033[?1049l");
+    screen_.reset();
     for (const std::string& text : messages_) std::printf("%s\n", text.c_str());
     std::fflush(stdout);
   }
@@ -91,17 +69,12 @@ class FullScreen : public WatchScreen {
     drawn_ = now;
     WatchView with_messages = view;
     with_messages.messages = messages_;
-    std::string out = "\033[H";
-    for (const std::string& line : draw_watch(with_messages, terminal_style())) out += line + "\033[K\n";
-    // No line end behind the last line: a full screen would scroll.
-    out.pop_back();
-    out += "\033[J";
-    std::fwrite(out.data(), 1, out.size(), stdout);
-    std::fflush(stdout);
+    screen_->draw(draw_watch(with_messages, terminal_style()));
   }
   [[nodiscard]] bool is_full() const override { return true; }
 
  private:
+  std::unique_ptr<WholeTerminal> screen_ = std::make_unique<WholeTerminal>();
   std::deque<std::string> messages_;
   Steady::time_point drawn_;
 };
@@ -113,11 +86,6 @@ std::unique_ptr<WatchScreen> make_line_screen() {
 }
 std::unique_ptr<WatchScreen> make_full_screen() {
   return std::make_unique<FullScreen>();
-}
-
-bool is_terminal() {
-  const char* kind = std::getenv("TERM");
-  return ::isatty(STDOUT_FILENO) == 1 && kind != nullptr && std::strcmp(kind, "dumb") != 0;
 }
 
 }  // namespace rig::client

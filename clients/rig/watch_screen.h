@@ -30,7 +30,4 @@ class WatchScreen {
 /// The whole terminal, given back as it was at the end; the messages then stay below.
 [[nodiscard]] std::unique_ptr<WatchScreen> make_full_screen();
 
-/// Whether standard output is a terminal that can be used as a whole.
-[[nodiscard]] bool is_terminal();
-
 }  // namespace rig::client

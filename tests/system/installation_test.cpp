@@ -116,14 +116,23 @@ TEST(Manual, SaysWhatTheProgramSaysAndMore) {
   EXPECT_THAT(page, AllOf(HasSubstr("rigd - the daemon"), HasSubstr("\\-\\-check"),
                           HasSubstr("/etc/rigd/rig.toml"), HasSubstr("SIGTERM")));
   EXPECT_THAT(bytes_in(RIG_BINARY_DIR "/man/rig.1"),
-              AllOf(HasSubstr("\\-\\-until\\-idle"), HasSubstr("RIG_ENDPOINT")));
+              AllOf(HasSubstr("\\-\\-until\\-idle"), HasSubstr("RIG_ENDPOINT"),
+                    HasSubstr("\\-\\-preview\\-width"), HasSubstr("/etc/rigd/rig.toml")));
 }
 
 TEST(Completion, OffersWhatTheProgramsKnow) {
   const std::vector<std::pair<std::string, std::string>> typed_and_offered{
-      {"stat", "<status>"},           {"job sub", "<submit>"}, {"job submit --sc", "<--scan>"},
-      {"watch --", "<--until-idle>"}, {"pla", "<plan>"},       {"plan --angle", "<--angle-deg>"},
-      {"metrics --js", "<--json>"}};
+      {"stat", "<status>"},
+      {"job sub", "<submit>"},
+      {"job submit --sc", "<--scan>"},
+      {"watch --", "<--until-idle>"},
+      {"pla", "<plan>"},
+      {"plan --angle", "<--angle-deg>"},
+      {"metrics --js", "<--json>"},
+      {"liv", "<live>"},
+      {"live --au", "<--auto>"},
+      {"axis se", "<setup>"},
+      {"axis setup --sc", "<--scale-deg>"}};
   const TemporaryFolder folder;
   const auto log = folder / "log";
   for (const auto& [typed, offered] : typed_and_offered) {
