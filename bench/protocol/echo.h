@@ -2,14 +2,16 @@
 // comes, and to the same client a stream of large ones, as rigd's previews are.
 #pragma once
 
-#include <atomic>
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <string>
-#include <thread>
+#include <sys/types.h>
+#include <utility>
 #include <zmq.hpp>
 
 #include "bench/base/latencies.h"
+#include "core/base/result.h"
 
 namespace rig::bench {
 
@@ -20,28 +22,33 @@ struct EchoSizes {
   Steady::duration preview_every{};
 };
 
+/// A process of its own, as rigd is.
 class EchoServer {
  public:
-  explicit EchoServer(const EchoSizes& sizes);
-  EchoServer(const EchoServer&) = delete;
-  EchoServer& operator=(const EchoServer&) = delete;
+  /// Forks, so there must be no other thread yet.
+  [[nodiscard]] static base::Result<EchoServer> start();
+  EchoServer(EchoServer&& other) noexcept
+      : pid_(std::exchange(other.pid_, -1)),
+        orders_(std::exchange(other.orders_, -1)),
+        address_(other.address_) {}
+  EchoServer& operator=(EchoServer&&) = delete;
   ~EchoServer();
 
-  [[nodiscard]] const std::string& endpoint() const { return endpoint_; }
-  [[nodiscard]] const std::string& public_key() const { return public_key_; }
-  /// Whether previews go to the client that asked last.
-  void stream(bool on) { streaming_ = on; }
+  [[nodiscard]] std::string endpoint() const { return address_.endpoint.data(); }
+  [[nodiscard]] std::string public_key() const { return address_.public_key.data(); }
+  /// From now on its messages have these sizes; whether previews go to the client that asked last.
+  void order(const EchoSizes& sizes, bool streaming) const;
 
  private:
-  void run();
-  const EchoSizes sizes_;
-  zmq::context_t context_;
-  zmq::socket_t socket_{context_, zmq::socket_type::router};
-  std::string endpoint_;
-  std::string public_key_;
-  std::atomic<bool> streaming_{false};
-  std::atomic<bool> ending_{false};
-  std::thread thread_;
+  friend class EchoProcess;
+  struct Address {
+    std::array<char, 128> endpoint{};
+    std::array<char, 64> public_key{};
+  };
+  EchoServer(pid_t pid, int orders) : pid_(pid), orders_(orders) {}
+  pid_t pid_;
+  int orders_;  // the process ends with it
+  Address address_;
 };
 
 class EchoClient {

@@ -2,6 +2,7 @@
 // echo with the same keys, sizes and stream; and the answer beside INDI's server, which encrypts nothing. The
 // sides take turns in short blocks, so that what else the machine does hits both.
 #include <cstdio>
+#include <thread>
 #include <unistd.h>
 
 #include "bench/base/latencies.h"
@@ -71,10 +72,10 @@ base::Result<bench::EchoSizes> sizes_of(BusyRig& rig) {
   return sizes;
 }
 
-base::Result<bool> beside_echo(BusyRig& rig, const Options& options) {
+base::Result<bool> beside_echo(BusyRig& rig, const bench::EchoServer& server, const Options& options) {
   const auto sizes = sizes_of(rig);
   if (!sizes) return base::pass(sizes);
-  bench::EchoServer server(*sizes);
+  server.order(*sizes, false);
   bench::EchoClient echo(server, *sizes);
   Latencies ours;
   Latencies echoed;
@@ -99,11 +100,11 @@ base::Result<bool> beside_echo(BusyRig& rig, const Options& options) {
       stops.add(*took);
     }
     if (auto ok = rig.hold(); !ok) return base::pass(ok);
-    server.stream(true);
+    server.order(*sizes, true);
     const bool answered = bench::measure_block(
         echoed, kBlock, kPace, [&] { return echo.ask(); },
         [&](Steady::time_point time) { return echo.pass_until(time); });
-    server.stream(false);
+    server.order(*sizes, false);
     if (!answered) return base::fail(base::ErrorCode::timeout, "the echo does not answer");
     if (auto ok = rig.release(); !ok) return base::pass(ok);
   }
@@ -164,9 +165,11 @@ base::Result<void> beside_indi(BusyRig& rig, const fs::path& folder, const Optio
 }
 
 base::Result<bool> run(const fs::path& folder, const Options& options) {
+  const auto echo = bench::EchoServer::start();
+  if (!echo) return base::pass(echo);
   auto rig = BusyRig::start(folder / "rig");
   if (!rig) return base::pass(rig);
-  auto fine = beside_echo(*rig, options);
+  auto fine = beside_echo(*rig, *echo, options);
   if (!fine) return fine;
   if (auto ok = beside_indi(*rig, folder / "indi", options); !ok) return base::pass(ok);
   return fine;
