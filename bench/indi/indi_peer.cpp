@@ -68,6 +68,7 @@ pid_t start_server(const std::string& driver, const fs::path& folder, std::uint1
   std::vector<std::string> arguments{
       "indiserver", "-p", std::to_string(port), "-m", "1000", "-u", (folder / "indi.sock").string(), driver};
   std::vector<char*> argv;
+  argv.reserve(arguments.size() + 1);
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
   const pid_t pid = ::fork();

@@ -185,15 +185,11 @@ bool tell(const Night& night, const Options& options) {
 int main(int argc, char** argv) {
   Options options;
   CLI::App app{"a virtual night beside a bare loop that keeps the same frames"};
-  app.add_option("--poses", options.poses, "of the night; 8000 are twelve hours")
-      ->check(CLI::Range(20, 100000))
-      ->capture_default_str();
-  app.add_option("--turns", options.turns, "that each side takes")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
+  app.add_option("--poses", options.poses, "of the night; 8000 are nine hours")
+      ->check(CLI::Range(20, 100000));
+  app.add_option("--turns", options.turns, "that each side takes")->check(CLI::Range(1, 1000));
   app.add_option("--idle-s", options.idle_s, "how long it is watched while it has nothing to do")
-      ->check(CLI::Range(1.0, 3600.0))
-      ->capture_default_str();
+      ->check(CLI::Range(1.0, 3600.0));
   if (const auto status = base::parse_command_line(app, argc, argv)) return *status;
   const fs::path folder = fs::current_path() / fmt::format("bench-night-{}", ::getpid());
   const auto night = measure(folder, options);
