@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <numeric>
 
 #include "core/base/srgb.h"
 
@@ -14,6 +16,26 @@ std::uint8_t to_srgb(double linear) {
   const double v = std::clamp(linear, 0.0, 1.0);
   const double encoded = base::srgb_from_linear(v);
   return static_cast<std::uint8_t>(std::lround(255 * encoded));
+}
+
+// The code of each raw value by its first 12 bits; those behind them change it by one at most.
+constexpr int kCodeBits = 12;
+using Codes = std::array<std::uint8_t, std::size_t{1} << kCodeBits>;
+
+// How far a raw value is shifted to be an index of Codes.
+int code_shift(const machine::CameraConfig& camera) {
+  return std::max(0, camera.sensor.bits - kCodeBits);
+}
+
+Codes codes_of(const machine::CameraConfig& camera, std::size_t colour) {
+  const double full = camera.sensor.saturation_dn - camera.sensor.black_dn;
+  const int shift = code_shift(camera);
+  Codes codes{};
+  for (std::size_t i = 0; i < codes.size(); ++i) {
+    const auto raw = static_cast<double>(i << shift);
+    codes[i] = to_srgb(camera.white_balance[colour] * (raw - camera.sensor.black_dn) / full);
+  }
+  return codes;
 }
 
 // Where a row of pixels enters and leaves a polygon, in pairs.
@@ -95,27 +117,36 @@ Preview make_preview(const machine::CameraConfig& camera, std::span<const std::u
   const int height = camera.intrinsics.height;
   const int cell = std::max(2, 2 * ((width + 2 * widest - 1) / (2 * widest)));
   Preview preview{width / cell, height / cell, {}};
-  preview.rgb.reserve(static_cast<std::size_t>(preview.width) * static_cast<std::size_t>(preview.height) * 3);
-  const double full = camera.sensor.saturation_dn - camera.sensor.black_dn;
+  preview.rgb.resize(static_cast<std::size_t>(preview.width) * static_cast<std::size_t>(preview.height) * 3);
+  // One mosaic cell stands for its neighbours: a preview need not be smooth. All cells begin at even pixels,
+  // so that they have the same colours; of each the mean of the raw values is what is looked up. The loop
+  // makes the previews, and a stop may wait for it: no power is taken for a pixel.
+  std::array<std::array<std::uint32_t, 4>, 3> weights{};
+  for (int i = 0; i < 4; ++i) {
+    const auto colour = static_cast<std::size_t>(geometry::colour_at(camera.bayer, i % 2, i / 2));
+    weights[colour][static_cast<std::size_t>(i)] = 1;
+  }
+  struct Channel {
+    std::array<std::uint32_t, 4> weights;
+    int shift;
+    Codes codes;
+  };
+  std::array<Channel, 3> channels;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto samples = [](const auto& of) { return std::accumulate(of.begin(), of.end(), 0U); };
+    const auto& from = samples(weights[c]) > 0 ? weights[c] : weights[1];  // a grey sensor has green alone
+    channels[c] = {from, std::countr_zero(samples(from)) + code_shift(camera), codes_of(camera, c)};
+  }
+  const auto row = static_cast<std::size_t>(width);
+  auto out = preview.rgb.begin();
   for (int v = 0; v < preview.height; ++v) {
-    for (int u = 0; u < preview.width; ++u) {
-      std::array<double, 3> sum{};
-      std::array<int, 3> count{};
-      // One mosaic cell stands for its neighbours: a preview need not be smooth.
-      for (int dy = 0; dy < 2; ++dy) {
-        for (int dx = 0; dx < 2; ++dx) {
-          const int x = u * cell + dx;
-          const int y = v * cell + dy;
-          const auto c = static_cast<std::size_t>(geometry::colour_at(camera.bayer, x, y));
-          sum[c] += pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                           static_cast<std::size_t>(x)] -
-                    camera.sensor.black_dn;
-          ++count[c];
-        }
-      }
-      for (std::size_t c = 0; c < 3; ++c) {
-        const std::size_t from = count[c] > 0 ? c : 1;  // a grey sensor has green alone
-        preview.rgb.push_back(to_srgb(camera.white_balance[c] * sum[from] / std::max(count[from], 1) / full));
+    const std::uint16_t* at = pixels.data() + static_cast<std::size_t>(v * cell) * row;
+    for (int u = 0; u < preview.width; ++u, at += cell) {
+      const std::array<std::uint32_t, 4> raw{at[0], at[1], at[row], at[row + 1]};
+      for (const Channel& channel : channels) {
+        const auto& w = channel.weights;
+        const std::uint32_t sum = w[0] * raw[0] + w[1] * raw[1] + w[2] * raw[2] + w[3] * raw[3];
+        *out++ = channel.codes[std::min<std::size_t>(sum >> channel.shift, channel.codes.size() - 1)];
       }
     }
   }

@@ -52,6 +52,11 @@ Result<std::shared_ptr<Machine>> Machine::open(const World& world, base::Clock& 
   if (!file) return base::pass(file);
   std::shared_ptr<Machine> machine(new Machine(world, clock, folder, std::move(*file), std::move(complain)));
   if (auto flushed = machine->file_.flush(); !flushed) return base::pass(flushed);
+  if (!world.wire_log.empty()) {
+    auto log = WireLog::open(folder / world.wire_log);
+    if (!log) return base::pass(log);
+    machine->wire_log_.emplace(std::move(*log));
+  }
   return machine;
 }
 
@@ -211,6 +216,7 @@ Result<void> Machine::stop(std::size_t index) {
   catch_up();
   stalled_[index] = false;
   begin_brake(memory_.axes[index], world_.axes[index], now_ns());
+  if (wire_log_) wire_log_->stopped(kAxisNames[index]);
   memory_.axes[index].homing = 0;
   save();
   return {};

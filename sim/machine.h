@@ -11,6 +11,7 @@
 #include "drivers/api/device.h"
 #include "sim/faults.h"
 #include "sim/state_file.h"
+#include "sim/wire_log.h"
 #include "sim/world.h"
 
 namespace rig::sim {
@@ -85,6 +86,7 @@ class Machine {
   StateFile file_;
   Memory memory_;
   Faults faults_;
+  std::optional<WireLog> wire_log_;
   std::array<bool, kAxes> stalled_{};  // pushes and does not move
   std::int64_t pressed_until_ns_ = 0;  // the button, by a fault
   bool lamp_failed_ = false;

@@ -118,6 +118,7 @@ World read_world(const ConfigTable& settings) {
   World world;
   world.seed = static_cast<std::uint64_t>(settings.integer("seed", 0, std::int64_t{1} << 62));
   (void)settings.choice_or("sample", "chart", {"chart"});
+  world.wire_log = settings.text_or("wire_log", "");
   const ConfigTable axes = settings.table("axis");
   for (std::size_t i = 0; i < kAxes; ++i) world.axes[i] = read_axis(axes.table(kAxisNames[i]));
   world.camera = read_camera(settings.table("camera"));

@@ -68,6 +68,7 @@ struct World {
   std::vector<TagWorld> tags;
   std::vector<PatchWorld> patches;
   FaultPlan faults;
+  std::string wire_log;  ///< file for the times of stops; empty: none
 };
 
 /// Reads the settings (docs/virtual-rig.md); mistakes are noted in the table.

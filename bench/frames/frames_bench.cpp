@@ -1,106 +1,87 @@
-// A frame of 24 MiB, from "complete" to "a client has mapped it and read its first and its last byte": the
-// descriptor that rigd hands over, beside a copy through a Unix stream socket. The bound is 1 ms; the ratio
-// is that of the times.
-#include <benchmark/benchmark.h>
-#include <filesystem>
-#include <memory>
+// A frame of 24 MiB, from "complete" to "a client on the same machine has mapped it and read its first and
+// its last sample", as rigd hands it over; beside a plain copy and beside INDI, in turn.
+#include <cstdio>
 #include <optional>
-#include <sys/socket.h>
-#include <thread>
 #include <unistd.h>
-#include <vector>
 
-#include "protocol/frame_door.h"
-#include "protocol/frame_reader.h"
+#include "bench/frames/ways.h"
+#include "core/base/command_line.h"
 
 namespace {
 
-using namespace rig::protocol;
-using Steady = std::chrono::steady_clock;
+namespace fs = std::filesystem;
+using namespace rig;
+using bench::Latencies;
 
-constexpr std::uint32_t kWidth = 4096;
-constexpr std::uint32_t kHeight = 3072;  // times 2 bytes: 24 MiB
+constexpr double kMost_us = 1000;
+constexpr double kLeastTimesFaster = 200;  // than INDI
+constexpr int kOursPerRound = 10;          // the others take long
 
-// Fills the memory as a camera does, so that it is as warm as it is then.
-void expose(std::span<std::uint16_t> pixels, std::uint16_t value) {
-  std::fill(pixels.begin(), pixels.end(), value);
+void print(const char* name, const Latencies& latencies) {
+  std::printf("%-40s p50 %9.0f us   p99 %9.0f us   of %zu\n", name, latencies.quantile_us(0.5),
+              latencies.quantile_us(0.99), latencies.count());
 }
 
-void descriptor_passed(benchmark::State& state) {
-  std::string pattern = (std::filesystem::temp_directory_path() / "rigd-bench-XXXXXX").string();
-  const std::filesystem::path folder = ::mkdtemp(pattern.data());
-  {
-    const auto buffer = FrameBuffer::make(std::size_t{kWidth} * kHeight);
-    const auto door = FrameDoor::open(folder);
-    std::uint16_t value = 0;
-    for (auto _ : state) {
-      // A client of its own each time: nothing is mapped yet.
-      std::optional<FrameReader> reader(std::move(*FrameReader::connect(folder / "frames.sock")));
-      while ((*door)->clients() == 0) std::this_thread::yield();
-      buffer->begin();
-      expose(buffer->pixels(), ++value);
-      Steady::time_point seen;
-      bool right = false;
-      std::thread client([&] {
-        const auto frame = reader->next(std::chrono::seconds(10));
-        right = (*frame)->pixels.front() == value && (*frame)->pixels.back() == value && (*frame)->intact();
-        seen = Steady::now();
-      });
-      const auto complete = Steady::now();
-      LocalFrame facts;
-      facts.set_generation(buffer->complete());
-      facts.set_width(kWidth);
-      facts.set_height(kHeight);
-      (*door)->publish(facts, *buffer);
-      client.join();
-      if (!right) state.SkipWithError("the client saw another frame");
-      state.SetIterationTime(std::chrono::duration<double>(seen - complete).count());
-      reader.reset();
-      (*door)->publish(facts, *buffer);  // finds that it went
-    }
+base::Result<bool> run(const fs::path& folder, int rounds) {
+  auto ours = bench::DescriptorWay::open(folder);
+  if (!ours) return base::pass(ours);
+  std::optional<bench::IndiWay> indi;
+  if (auto way = bench::IndiWay::open(folder / "indi"); way) {
+    indi.emplace(std::move(*way));
+  } else {
+    std::printf("INDI: skipped, %s\n", way.error().text().c_str());
   }
-  std::filesystem::remove_all(folder);
-}
-
-void copied_through_a_stream(benchmark::State& state) {
-  std::vector<std::uint16_t> pixels(std::size_t{kWidth} * kHeight);
-  const std::size_t bytes = pixels.size() * sizeof pixels[0];
+  Latencies descriptor;
+  Latencies copied;
+  Latencies theirs;
   std::uint16_t value = 0;
-  for (auto _ : state) {
-    int ends[2];
-    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
-      return state.SkipWithError("no socket");
-    expose(pixels, ++value);
-    Steady::time_point seen;
-    bool right = false;
-    std::thread client([&] {
-      const auto memory = std::make_unique_for_overwrite<std::byte[]>(bytes);
-      std::size_t got = 0;
-      while (got < bytes) {
-        const auto more = ::read(ends[1], memory.get() + got, bytes - got);
-        if (more <= 0) return;
-        got += static_cast<std::size_t>(more);
-      }
-      const auto* first = reinterpret_cast<const std::uint16_t*>(memory.get());
-      right = first[0] == value && first[bytes / 2 - 1] == value;
-      seen = Steady::now();
-    });
-    const auto complete = Steady::now();
-    const auto* from = reinterpret_cast<const std::byte*>(pixels.data());
-    for (std::size_t sent = 0; sent < bytes;) {
-      const auto more = ::write(ends[0], from + sent, bytes - sent);
-      if (more <= 0) break;
-      sent += static_cast<std::size_t>(more);
+  for (int round = 0; round < rounds; ++round) {
+    for (int i = 0; i < kOursPerRound; ++i) {
+      auto took = ours->pass(++value);
+      if (!took) return base::pass(took);
+      descriptor.add(*took);
     }
-    client.join();
-    if (!right) state.SkipWithError("the client saw another frame");
-    state.SetIterationTime(std::chrono::duration<double>(seen - complete).count());
-    ::close(ends[0]);
-    ::close(ends[1]);
+    auto took = bench::copy_through_stream(value);
+    if (!took) return base::pass(took);
+    copied.add(*took);
+    if (!indi) continue;
+    took = indi->pass();
+    if (!took) return base::pass(took);
+    theirs.add(*took);
   }
+  print("descriptor handed over", descriptor);
+  print("copied through a Unix stream", copied);
+  const double ours_us = descriptor.quantile_us(0.5);
+  const double worst_us = descriptor.quantile_us(0.99);
+  std::printf("copied over handed over: %.0f\n", copied.quantile_us(0.5) / ours_us);
+  bool fine = worst_us <= kMost_us;
+  std::printf("handed over, p99 over %.0f us: %.2f (at most 1)%s\n", kMost_us, worst_us / kMost_us,
+              fine ? "" : "  TOO MUCH");
+  if (indi) {
+    const double times = theirs.quantile_us(0.5) / ours_us;
+    print("INDI's base64 over TCP", theirs);
+    std::printf("INDI over handed over: %.0f (at least %.0f)%s\n", times, kLeastTimesFaster,
+                times >= kLeastTimesFaster ? "" : "  TOO LITTLE");
+    fine &= times >= kLeastTimesFaster;
+  }
+  return fine;
 }
-
-BENCHMARK(descriptor_passed)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(100);
-BENCHMARK(copied_through_a_stream)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(100);
 
 }  // namespace
+
+int main(int argc, char** argv) {
+  int rounds = 30;
+  CLI::App app{"a frame of 24 MiB on its way to a client on the same machine"};
+  app.add_option("--rounds", rounds, "of each way")->check(CLI::Range(1, 1000));
+  if (const auto status = base::parse_command_line(app, argc, argv)) return *status;
+  const fs::path folder = fs::current_path() / fmt::format("bench-frames-{}", ::getpid());
+  fs::create_directories(folder);
+  const auto fine = run(folder, rounds);
+  std::error_code left_behind;
+  fs::remove_all(folder, left_behind);
+  if (!fine) {
+    std::fprintf(stderr, "bench_frames: %s\n", fine.error().text().c_str());
+    return 1;
+  }
+  return *fine ? 0 : 1;
+}

@@ -1,7 +1,9 @@
 #include "sim/machine.h"
 
+#include <chrono>
 #include <gtest/gtest.h>
 #include <limits>
+#include <sstream>
 
 #include "core/base/random.h"
 #include "core/base/units.h"
@@ -211,6 +213,37 @@ TEST_F(MachineTest, TheButtonCutsThePower) {
   std::filesystem::remove(folder_ / "emergency_stop");
   EXPECT_FALSE(machine_->emergency_stop());
   EXPECT_TRUE(machine_->enable(kPan, true).has_value());
+}
+
+TEST_F(MachineTest, NotesWhenAStopReachesADrive) {
+  world_.wire_log = "wire.log";
+  reopen();
+  const auto steady_ns = [] { return std::chrono::steady_clock::now().time_since_epoch().count(); };
+  home_all();
+  EXPECT_EQ(test::bytes_in(folder_ / "wire.log"), "");
+  const auto before_ns = steady_ns();
+  ASSERT_TRUE(machine_->stop(kPan).has_value());
+  const auto after_ns = steady_ns();
+  reopen();  // what an earlier one noted stays
+  ASSERT_TRUE(machine_->stop(0).has_value());
+  std::istringstream lines(test::bytes_in(folder_ / "wire.log"));
+  std::chrono::steady_clock::rep ns = 0;
+  std::string what;
+  std::string axis;
+  ASSERT_TRUE(lines >> ns >> what >> axis);
+  EXPECT_LE(before_ns, ns);
+  EXPECT_LE(ns, after_ns);
+  EXPECT_EQ(what + " " + axis, "stop pan");
+  ASSERT_TRUE(lines >> ns >> what >> axis);
+  EXPECT_LE(after_ns, ns);
+  EXPECT_EQ(axis, "roll");
+  EXPECT_FALSE(lines >> ns);
+}
+
+TEST_F(MachineTest, AWireLogNeedsItsFolder) {
+  world_.wire_log = "nowhere/wire.log";
+  machine_.reset();
+  EXPECT_FALSE(Machine::open(world_, clock_, folder_.path(), testing::no_complaint).has_value());
 }
 
 TEST_F(MachineTest, TheLampWarmsUpAndCountsItsHours) {
