@@ -42,7 +42,7 @@ class FakeRigd {
   void take(const protocol::Incoming& in) {
     const std::lock_guard lock(mutex_);
     requests_.push_back(in.request);
-    if (in.request.has_subscribe()) server_->subscribe(in.client, false);
+    if (in.request.has_subscribe()) server_->subscribe(in.client, std::nullopt);
     held_back_.clear();
     auto reply = answer_(in.request, *this);
     if (reply) {
