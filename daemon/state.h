@@ -116,7 +116,7 @@ struct Visit {
     identity,   ///< is it the sample that the job is for?
     reference,  ///< dark frame and reference patches
   };
-  enum class Stage { to_move, moving, to_light, lighting, to_expose, exposing, judging, recording };
+  enum class Stage { to_move, moving, to_light, lighting, to_expose, exposing, judging };
   Kind kind = Kind::reference;
   Stage stage = Stage::to_move;
   std::size_t look = 0;  ///< which of its frames
@@ -168,6 +168,7 @@ struct ActiveJob {
   std::int64_t visit_after = 0;     ///< a visit is put off until so many poses are committed in this opening
   std::int64_t committed = 0;       ///< poses, since the job was opened
   std::optional<Visit> visit;
+  bool visit_recording = false;  ///< one is on its way into the journal; the next waits for that
   std::optional<BadVisit> bad_visit;
   int bad_visits = 0;      ///< one after the other
   bool suspended = false;  ///< a condition is on: no pose begins

@@ -70,7 +70,8 @@ bool reference_is_due(const Setup& setup, const State& state) {
   if (job.rows.empty()) return unproven && !job.last_visit_skipped;
   if (job.committed < job.visit_after) return false;
   if (job.reference_due) return true;
-  if (config->every_poses > 0 && job.visits.poses_since_good >= config->every_poses) return true;
+  const std::int64_t taken = job.visits.poses_since_good + (job.current ? 1 : 0) + (job.storing ? 1 : 0);
+  if (config->every_poses > 0 && taken >= config->every_poses) return true;
   return config->every_s > 0 && unproven && state.now - job.visits.last_good >= seconds(config->every_s);
 }
 
@@ -121,7 +122,8 @@ void record(State& state, Actions& actions, scan::VisitRecord visit) {
   const bool retake = !visit.good;
   visit.number = state.job->visits.next;
   visit.when = state.now;
-  state.job->visit->stage = Stage::recording;
+  state.job->visit.reset();
+  state.job->visit_recording = true;
   actions.push_back(RecordVisit{std::move(visit), retake});
 }
 
@@ -135,10 +137,9 @@ void fail_look(State& state, Actions& actions, const std::string& reason) {
   }
   const Kind kind = visit.kind;
   if (kind == Kind::reference) {
-    job.visit->looks.clear();
-    scan::VisitRecord record_of{};
-    record_of.what = "the reference could not be looked at: " + reason;
-    record(state, actions, std::move(record_of));
+    scan::VisitRecord failed{};
+    failed.what = "the reference could not be looked at: " + reason;
+    record(state, actions, std::move(failed));
     return;
   }
   settle(job, kind);
@@ -238,12 +239,12 @@ void plan_visits(const Setup& setup, State& state, Actions& actions, const JobOp
 }
 
 bool visit_comes_first(const Setup& setup, const State& state) {
-  return state.job->visit || due(setup, state);
+  return state.job->visit || state.job->visit_recording || due(setup, state);
 }
 
 void advance_visit(const Setup& setup, State& state, Actions& actions) {
   ActiveJob& job = *state.job;
-  if (state.motion || state.frame || state.snap || state.now < job.not_before) return;
+  if (state.motion || state.frame || state.snap || job.visit_recording || state.now < job.not_before) return;
   if (!job.visit) {
     const auto kind = due(setup, state);
     if (kind) begin(setup, state, actions, *kind);
@@ -326,15 +327,13 @@ void on_look_judged(const Setup& setup, State& state, Actions& actions, const Lo
 }
 
 void on_visit_recorded(const Setup& setup, State& state, Actions& actions, const VisitRecorded& recorded) {
-  if (!state.job || !state.job->visit || state.job->visit->stage != Stage::recording ||
-      state.job->visits.next != recorded.visit.number) {
-    return;
-  }
+  if (!state.job || !state.job->visit_recording || state.job->visits.next != recorded.visit.number) return;
   ActiveJob& job = *state.job;
   const machine::ReferenceConfig& config = *setup.rig.unattended.reference;
   const scan::VisitRecord& visit = recorded.visit;
   const VisitVerdict verdict = judge_visit(config, job.visits.first, visit, job.bad_visits > 0);
   settle(job, Kind::reference);
+  job.visit_recording = false;
   job.visits.next = visit.number + 1;
   job.visits.poses_since_good = 0;
   if (!recorded.again.empty()) {
@@ -356,10 +355,12 @@ void on_visit_recorded(const Setup& setup, State& state, Actions& actions, const
   if (visit.good) {
     job.bad_visits = 0;
     job.visits.last_good = visit.when;
-    if (!job.visits.first) job.visits.first = visit;
+    if (!job.visits.first || find_job(state, job.id)->done == 0) job.visits.first = visit;
     return;
   }
   job.reference_due = true;
+  // No pose depends on the first one any more: whatever is put right begins anew.
+  if (find_job(state, job.id)->done == 0) job.visits.first.reset();
   if (++job.bad_visits >= config.attempts) {
     job.bad_visits = 0;
     hold(state, actions, visit.what);

@@ -368,11 +368,16 @@ Result<std::vector<VisitRecord>> Journal::visits() const {
 Result<VisitsSoFar> Journal::visits_so_far() const {
   auto all = visits();
   if (!all) return pass(all);
+  auto earliest = state_->database.prepare("SELECT min(committed_ns), count(*) FROM poses");
+  if (!earliest) return pass(earliest);
+  if (auto row = earliest->step(); !row) return pass(row);
+  const bool any = earliest->integer(1) > 0;
+  const base::Time begun = time_from(earliest->integer(0));
   VisitsSoFar so_far;
   for (const VisitRecord& visit : *all) {
     so_far.next = visit.number + 1;
     if (!visit.good) continue;
-    if (!so_far.first) so_far.first = visit;
+    if (any && visit.when < begun) so_far.first = visit;
     so_far.last_good = std::max(so_far.last_good, visit.when);
   }
   auto query = state_->database.prepare("SELECT count(*) FROM poses WHERE committed_ns > ?");

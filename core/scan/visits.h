@@ -37,7 +37,9 @@ struct VisitRecord {
 /// What a job that goes on has to know of the visits so far.
 struct VisitsSoFar {
   std::int64_t next = 0;              ///< number of the next one
-  std::optional<VisitRecord> first;   ///< the first good one: what all others are compared with
+  /// What all others are compared with: the last good one before the first pose that is committed. None where
+  /// no pose is: the next visit begins anew.
+  std::optional<VisitRecord> first;
   base::Time last_good{};             ///< epoch of the clock: none
   std::int64_t poses_since_good = 0;  ///< committed after it
 };

@@ -386,6 +386,7 @@ void RigModel::to_disk(const Action& action) {
       if (row.state == scan::RowState::abandoned) ++opened.progress.abandoned;
     }
     opened.visits = scan.visits;
+    if (opened.progress.done == 0) opened.visits.first.reset();
     opened.visits.poses_since_good = static_cast<std::int64_t>(scan.unproven.size());
     if (opened.progress.done > 0) {
       auto place = std::make_shared<PlaceReference>();
@@ -435,7 +436,8 @@ void RigModel::judge(const JudgeLook& look) {
   finding.record.means_dn = {look.name == "dark" ? dark_dn : patch_dn};
   finding.tags = tags;
   finding.moved = moved;
-  if (chance(faults.bad_visit)) {
+  // Not before there is something that it is worse than.
+  if (scans_.at(open_scan_).visits.first && chance(faults.bad_visit)) {
     finding.record.means_dn = {500};
     finding.moved = "the fiducials by 9 px";
     finding.tags.clear();
@@ -448,8 +450,11 @@ void RigModel::record(const RecordVisit& action) {
   Scan& scan = scans_.at(open_scan_);
   VisitRecorded recorded{action.visit, {}, {}, {}};
   scan.visits.next = action.visit.number + 1;
+  const bool any = std::any_of(scan.rows.begin(), scan.rows.end(), [](const scan::PlanRow& row) {
+    return row.state == scan::RowState::done;
+  });
   if (action.visit.good) {
-    if (!scan.visits.first) scan.visits.first = action.visit;
+    if (!any) scan.visits.first = action.visit;
     scan.visits.last_good = action.visit.when;
     scan.unproven.clear();
   }

@@ -100,6 +100,7 @@ TEST_F(Visits, ThoseSoFarNameTheFirstGoodOneAndWhatIsNotProven) {
   EXPECT_EQ(journal_->visits_so_far()->next, 0);
   record(visit(0, 100, false));
   record(visit(1, 110, true));
+  EXPECT_FALSE(journal_->visits_so_far()->first.has_value()) << "no pose depends on it";
   commit(0, 120);
   record(visit(2, 130, true));
   commit(1, 140);
@@ -107,7 +108,7 @@ TEST_F(Visits, ThoseSoFarNameTheFirstGoodOneAndWhatIsNotProven) {
   ASSERT_TRUE(so_far.has_value());
   EXPECT_EQ(so_far->next, 3);
   ASSERT_TRUE(so_far->first.has_value());
-  EXPECT_EQ(so_far->first->number, 1);
+  EXPECT_EQ(so_far->first->number, 1) << "the good one before the first pose";
   EXPECT_EQ(so_far->last_good, base::Time(std::chrono::seconds(130)));
   EXPECT_EQ(so_far->poses_since_good, 1);
 }
