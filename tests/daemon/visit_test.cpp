@@ -81,16 +81,24 @@ TEST_F(VisitTest, ADoorThatIsOpenShowsInTheDarkFrame) {
 }
 
 TEST_F(VisitTest, ThreeBadOnesWaitForAPerson) {
-  add_job(small_job(3));
-  run_until([&] { return commits() == 2; });
+  add_job(small_job(5));
+  run_until([&] { return commits() == 3; });
   model_->patch_dn = 900;
   run_until([&] { return !entry().hold.empty(); });
-  EXPECT_EQ(visits().size(), 4U);  // the first was good
-  EXPECT_EQ(entry().done, 0);
+  EXPECT_EQ(visits().size(), 5U);  // the first two were good
+  EXPECT_EQ(entry().done, 2);
   model_->patch_dn = 1000;
   ASSERT_EQ(release(1).outcome(), protocol::DONE);
   run_to_completion();
-  EXPECT_EQ(entry().done, 3);
+  EXPECT_EQ(entry().done, 5);
+}
+
+TEST_F(VisitTest, WhereNoPoseDependsOnItAnotherLightIsBegunWith) {
+  add_job(small_job(3));
+  run_until([&] { return commits() == 2; });
+  model_->patch_dn = 900;  // both poses are taken again, and with them the comparison
+  run_to_completion();
+  EXPECT_THAT(suspensions(), ElementsAre("+reference", "-reference"));
 }
 
 TEST_F(VisitTest, WithoutAShutterThereIsNoDarkFrame) {
