@@ -164,13 +164,13 @@ struct UnsubscribeClient {
 struct Publish {
   protocol::Event event;
 };
-struct PublishPreview {  ///< the loop adds the pixels of the slot
+struct PublishPreview {
   std::uint64_t job;
   std::int64_t row;
   int index;
-  FrameSlot slot;
   drivers::FrameInfo info;
   double saturated_share;
+  std::shared_ptr<const std::vector<PreviewPicture>> previews;
 };
 
 using Action =

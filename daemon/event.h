@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "daemon/frame_facts.h"
 #include "daemon/state.h"
 #include "protocol/rig.pb.h"
 
@@ -56,13 +57,19 @@ struct CameraTriggered {
 struct FrameNotReady {
   std::uint64_t exposure = 0;  ///< of the FetchFrame it answers
 };
+struct PreviewPicture {
+  int wanted_width = 0;
+  Preview picture;
+};
 struct FrameFetched {
   std::uint64_t exposure = 0;  ///< of the FetchFrame it answers
   FrameSlot slot;
   drivers::FrameInfo info;
   double saturated_share = 0;
   std::shared_ptr<const SampleHistogram> histogram{};  ///< where FetchFrame asked for it
-  std::string damage = {};                             ///< why the pixels cannot be a frame; empty: they can
+  /// Pictures for those who follow, in the widths that they want; null where nobody does.
+  std::shared_ptr<const std::vector<PreviewPicture>> previews = {};
+  std::string damage = {};  ///< why the pixels cannot be a frame; empty: they can
 };
 struct FrameStored {
   std::int64_t row = 0;

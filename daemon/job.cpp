@@ -311,8 +311,10 @@ void on_job_frame(State& state, Actions& actions, const PendingFrame& pending, c
   record.started = fetched.info.started;
   take->frames.push_back(record);
   take->histograms.push_back(fetched.histogram);
-  actions.push_back(PublishPreview{job.id, pending.row, pending.index, fetched.slot, fetched.info,
-                                   fetched.saturated_share});
+  if (fetched.previews) {
+    actions.push_back(PublishPreview{job.id, pending.row, pending.index, fetched.info,
+                                     fetched.saturated_share, fetched.previews});
+  }
   actions.push_back(StoreFrame{fetched.slot, *take, record});
   protocol::Event event;
   auto& taken = *event.mutable_frame_taken();

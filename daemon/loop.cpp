@@ -118,6 +118,16 @@ void Loop::to_axis(std::size_t axis, Turn turn, std::function<base::Result<void>
   }
 }
 
+// Here, on the camera's thread: the loop has to decide meanwhile.
+std::shared_ptr<const std::vector<PreviewPicture>> Loop::previews_of(
+    std::span<const std::uint16_t> pixels) const {
+  const auto widths = server_->preview_widths();
+  if (widths.empty()) return nullptr;
+  auto previews = std::make_shared<std::vector<PreviewPicture>>();
+  for (const int width : widths) previews->push_back({width, make_preview(setup_.rig.camera, pixels, width)});
+  return previews;
+}
+
 void Loop::fetch(const FetchFrame& action) {
   devices_.camera_worker->queue(
       [this, action] {
@@ -143,6 +153,7 @@ void Loop::fetch(const FetchFrame& action) {
         FrameFetched fetched{action.exposure, *slot, **frame,
                              saturated_share(setup_.rig.camera, pixels, polygon)};
         fetched.damage = damage_in(setup_.rig.camera, pixels);
+        fetched.previews = previews_of(pixels);
         if (action.histogram) {
           fetched.histogram =
               std::make_shared<const SampleHistogram>(sample_histogram(setup_.rig.camera, pixels, polygon));
@@ -199,10 +210,7 @@ void Loop::hand_to_local_clients(FrameSlot slot, const drivers::FrameInfo& info)
   frames_->publish(frame, buffer);
 }
 
-protocol::Frame Loop::describe(FrameSlot slot, const drivers::FrameInfo& info, double share, bool full,
-                               int preview_width) {
-  const auto pixels = pool_.pixels(slot);
-  const Preview preview = make_preview(setup_.rig.camera, pixels, preview_width);
+protocol::Frame Loop::describe(const drivers::FrameInfo& info, double share, const Preview& preview) const {
   protocol::Frame frame;
   frame.set_exposure_us(info.exposure_s * 1e6);
   frame.set_gain(info.gain);
@@ -214,7 +222,6 @@ protocol::Frame Loop::describe(FrameSlot slot, const drivers::FrameInfo& info, d
   frame.set_bayer(setup_.camera.bayer);
   frame.set_width(static_cast<std::uint32_t>(setup_.camera.width));
   frame.set_height(static_cast<std::uint32_t>(setup_.camera.height));
-  if (full) frame.set_raw(pixels.data(), pixels.size_bytes());
   return frame;
 }
 
@@ -372,7 +379,10 @@ void Loop::carry_out(Action& action) {
           [&](const SendReply& a) { server_->reply(a.client, a.reply); },
           [&](const ReplyWithFrame& a) {
             protocol::Reply reply = make_reply(a.asker.id, protocol::DONE);
-            *reply.mutable_frame() = describe(a.slot, a.info, a.saturated_share, a.full, a.preview_width);
+            const auto pixels = pool_.pixels(a.slot);
+            *reply.mutable_frame() =
+                describe(a.info, a.saturated_share, make_preview(setup_.rig.camera, pixels, a.preview_width));
+            if (a.full) reply.mutable_frame()->set_raw(pixels.data(), pixels.size_bytes());
             pool_.release(a.slot);
             server_->reply(a.asker.client, reply);
           },
@@ -385,15 +395,15 @@ void Loop::carry_out(Action& action) {
             publish(a.event);
           },
           [&](const PublishPreview& a) {
-            for (const int width : server_->preview_widths()) {
+            for (const PreviewPicture& made : *a.previews) {
               protocol::Event event;
               event.set_epoch(state_.epoch);
               auto& preview = *event.mutable_preview();
               preview.set_job(a.job);
               preview.set_row(a.row);
               preview.set_index(static_cast<std::uint32_t>(a.index));
-              *preview.mutable_frame() = describe(a.slot, a.info, a.saturated_share, false, width);
-              server_->publish_preview(event, width);
+              *preview.mutable_frame() = describe(a.info, a.saturated_share, made.picture);
+              server_->publish_preview(std::move(event), made.wanted_width);
             }
           },
           [&](const auto& for_storage) { storage_->queue(for_storage); }},

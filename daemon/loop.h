@@ -51,8 +51,10 @@ class Loop {
   void reply_with_metrics(const Asker& asker);
   void log_statistics();
   void catch_up(const SubscribeClient& action);
-  [[nodiscard]] protocol::Frame describe(FrameSlot slot, const drivers::FrameInfo& info, double share,
-                                         bool full, int preview_width);
+  [[nodiscard]] std::shared_ptr<const std::vector<PreviewPicture>> previews_of(
+      std::span<const std::uint16_t> pixels) const;
+  [[nodiscard]] protocol::Frame describe(const drivers::FrameInfo& info, double share,
+                                         const Preview& preview) const;
 
   base::Clock& clock_;
   const Setup setup_;

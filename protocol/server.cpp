@@ -33,6 +33,7 @@ struct Outgoing {
   std::optional<PreviewWish> previews{};
   std::string bytes{};
   int width = 0;  // of a preview
+  Event preview{};
 };
 
 struct Subscriber {
@@ -143,7 +144,7 @@ struct Server::State {
     return !doors[client.socket].network || gate->find(client.key) != nullptr;
   }
 
-  void carry_out(const Outgoing& out) {
+  void carry_out(Outgoing& out) {
     if ((out.kind == Outgoing::Kind::message || out.kind == Outgoing::Kind::subscribe) &&
         !may_hear(out.client)) {
       return;
@@ -174,9 +175,8 @@ struct Server::State {
     }
   }
 
-  void carry_out_preview(const Outgoing& out) {
-    Event event;
-    event.ParseFromString(out.bytes);
+  void carry_out_preview(Outgoing& out) {
+    Event& event = out.preview;
     std::vector<ClientId> gone;
     for (auto& [client, subscriber] : subscribers) {
       if (!subscriber.previews || subscriber.previews->width != out.width) continue;
@@ -303,12 +303,12 @@ struct Server::State {
       look_at_list();
       answer_zap();
       outbox.flush([this](const ClientId& client) { forget(client); });
-      for (const Outgoing& o : out) carry_out(o);
+      for (Outgoing& o : out) carry_out(o);
       for (std::size_t i = 0; i < doors.size(); ++i) receive_all(i);
     }
     // What was handed in before the end still goes out, to those who read it.
     const std::lock_guard lock(mutex);
-    for (const Outgoing& o : queue) carry_out(o);
+    for (Outgoing& o : queue) carry_out(o);
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(kLinger_ms);
     while (outbox.waiting() && std::chrono::steady_clock::now() < deadline) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -367,8 +367,8 @@ void Server::unsubscribe(const ClientId& client) {
 void Server::publish(const Event& event) {
   state_->hand_in({Outgoing::Kind::event, {}, std::nullopt, serialised(event)});
 }
-void Server::publish_preview(const Event& event, int width) {
-  state_->hand_in({Outgoing::Kind::preview, {}, std::nullopt, event.SerializeAsString(), width});
+void Server::publish_preview(Event event, int width) {
+  state_->hand_in({Outgoing::Kind::preview, {}, std::nullopt, {}, width, std::move(event)});
 }
 std::set<int> Server::preview_widths() const {
   const std::lock_guard lock(state_->mutex);

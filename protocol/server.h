@@ -84,7 +84,7 @@ class Server {
   /// The widths that subscribers of previews want now.
   [[nodiscard]] std::set<int> preview_widths() const;
   /// To the subscribers of previews of this width only, each at its pace; dropped where their way is full.
-  void publish_preview(const Event& event, int width = PreviewWish{}.width);
+  void publish_preview(Event event, int width = PreviewWish{}.width);
 
   [[nodiscard]] std::size_t client_count() const;
   /// Where it listens on the network, with the port it got; empty: nowhere.

@@ -294,6 +294,7 @@ void RigModel::fetch(std::uint64_t exposure) {
                       {exposing_->second, 1, exposing_->first, ++frames_},
                       random_.uniform(),
                       histogram,
+                      chance(0.5) ? std::make_shared<const std::vector<PreviewPicture>>(1) : nullptr,
                       chance(faults.damaged) ? "lines of zeros" : ""});
   exposing_.reset();
 }
@@ -450,9 +451,8 @@ void RigModel::record(const RecordVisit& action) {
   Scan& scan = scans_.at(open_scan_);
   VisitRecorded recorded{action.visit, {}, {}, {}};
   scan.visits.next = action.visit.number + 1;
-  const bool any = std::any_of(scan.rows.begin(), scan.rows.end(), [](const scan::PlanRow& row) {
-    return row.state == scan::RowState::done;
-  });
+  const bool any = std::any_of(scan.rows.begin(), scan.rows.end(),
+                               [](const scan::PlanRow& row) { return row.state == scan::RowState::done; });
   if (action.visit.good) {
     if (!any) scan.visits.first = action.visit;
     scan.visits.last_good = action.visit.when;
@@ -568,7 +568,7 @@ void RigModel::carry_out(const Action& action) {
     done.set_outcome(protocol::DONE);
     replies_.push_back(done);
   } else if (const auto* preview = std::get_if<PublishPreview>(&action)) {
-    expect(slots_.count(preview->slot.index) == 1, "a preview of a frame that was released");
+    expect(preview->previews != nullptr, "a preview without a picture");
   } else {
     if (const auto* create = std::get_if<CreateJob>(&action)) creating_.insert(create->asker.id);
     if (const auto* commit = std::get_if<CommitPose>(&action)) check_commit(*commit);
