@@ -181,7 +181,8 @@ void rest(const Setup& setup, State& state, Actions& actions) {
   if (job.phase == ActiveJob::Phase::opening) return;
   const bool recovers = state.conditions[static_cast<std::size_t>(Condition::light)].on;
   if (job.resting) {
-    if (recovers) light_for_job(setup, state, actions);
+    // While somebody holds the job he may set the light as he likes.
+    if (recovers && find_job(state, job.id)->hold.empty()) light_for_job(setup, state, actions);
     return;
   }
   if (job.visit) stop_own_work(state, actions);

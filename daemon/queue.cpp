@@ -43,6 +43,7 @@ Result<void> release_job(State& state, Actions& actions, std::uint64_t id) {
     return fail(ErrorCode::refused, fmt::format("job {} is not held", id));
   }
   job->hold.clear();
+  if (state.job && state.job->id == id) state.job->lamp_asked = false;
   if (sample_changed) job->needs_sample_change = false;
   publish_job(state, actions, *job);
   return {};

@@ -123,6 +123,9 @@ void move(const Work& w, const protocol::Move& command) {
 
 void set_light(const Work& w, const protocol::SetLight& command) {
   if (w.state.job && !w.state.job->resting) return w.refuse("a job is running and needs the light");
+  const bool waits_for_light = w.state.conditions[static_cast<std::size_t>(Condition::light)].on;
+  if (w.state.job && waits_for_light && find_job(w.state, w.state.job->id)->hold.empty())
+    return w.refuse("the job waits for the light; hold it first, then set the light by hand");
   const bool lights_up = (command.has_shutter_open() && command.shutter_open()) ||
                          (command.has_on() && command.on()) || (command.has_level() && command.level() > 0);
   if (lights_up && !w.state.stopped.empty()) return w.refuse("the rig is stopped; clear the stop first");

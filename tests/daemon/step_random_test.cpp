@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/base/units.h"
+#include "daemon/conditions.h"
 #include "tests/core/seed.h"
 #include "tests/daemon/rig_model.h"
 #include "tests/daemon/small_setup.h"
@@ -188,6 +189,23 @@ Faults random_faults(base::Random& random) {
   return faults;
 }
 
+std::string where_it_hangs(const State& state) {
+  std::string text = "stopped: '" + state.stopped + "'";
+  for (const JobEntry& job : state.jobs)
+    text += fmt::format(", job {} in state {}, hold '{}'", job.id, static_cast<int>(job.state), job.hold);
+  for (const ActiveCondition& on : active_conditions(state))
+    text += fmt::format(", {}: {}", condition_name(on.condition), on.track->reason);
+  if (!state.job) return text;
+  const ActiveJob& job = *state.job;
+  text += fmt::format(", phase {}, {} rows, current {}, storing {}, resting {}, recording {}, visits bad {}",
+                      static_cast<int>(job.phase), job.rows.size(), job.current.has_value(),
+                      job.storing.has_value(), job.resting, job.visit_recording, job.bad_visits);
+  if (job.visit)
+    text += fmt::format(", visit {} at stage {}", static_cast<int>(job.visit->kind),
+                        static_cast<int>(job.visit->stage));
+  return text;
+}
+
 TEST(StepFromRandomStates, KeepsItsPromises) {
   base::Random random(test::seed(20260101));
   std::size_t steps = 0;
@@ -252,7 +270,7 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
       return all_jobs_ended(model.state()) && !model.state().motion && !model.state().snap && model.idle();
     });
     ASSERT_TRUE(model.broken().empty()) << "round " << round << ", " << model.broken().front();
-    ASSERT_TRUE(all_jobs_ended(model.state())) << "round " << round << ": a job never ends";
+    ASSERT_TRUE(all_jobs_ended(model.state())) << "round " << round << ": a job never ends: " << where_it_hangs(model.state());
     model.check_at_rest();
     ASSERT_TRUE(model.broken().empty()) << "round " << round << ", " << model.broken().front();
     steps += model.steps();
