@@ -1,9 +1,11 @@
 #include "protocol/client.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <deque>
 
+#include "core/base/interrupt.h"
 #include "protocol/envelope.h"
 #include "protocol/handshake_watch.h"
 #include "protocol/sockets.h"
@@ -26,6 +28,8 @@ std::string default_endpoint() {
 namespace {
 
 // A connection on which nothing moves is probed, and ended where no answer comes.
+// The signal may have come to another thread, or just before the wait.
+constexpr long kInterruptSeen_ms = 200;
 constexpr int kHeartbeatEvery_ms = 5000;
 constexpr int kHeartbeatPatience_ms = 15000;
 
@@ -59,6 +63,8 @@ struct Client::State {
 
   // The next message, waiting until `deadline`; nothing once that has passed.
   Result<std::optional<Message>> next(Steady::time_point deadline) {
+    // What is asked after an interrupt, to end in order, is waited for.
+    const bool already = base::interrupted();
     while (true) {
       if (auto frames = receive(socket)) {
         auto message = read_message({frames->begin(), frames->end()});
@@ -76,9 +82,9 @@ struct Client::State {
       if (left <= 0) return std::optional<Message>();
       std::array<zmq_pollitem_t, 2> items{
           {{socket.get(), 0, ZMQ_POLLIN, 0}, {watch ? watch->handle() : nullptr, -1, ZMQ_POLLIN, 0}}};
-      if (zmq_poll(items.data(), watch ? 2 : 1, static_cast<long>(left)) < 0 && zmq_errno() == EINTR) {
-        return fail(ErrorCode::interrupted, "interrupted");
-      }
+      const long slice = std::min(static_cast<long>(left), kInterruptSeen_ms);
+      const bool woken = zmq_poll(items.data(), watch ? 2 : 1, slice) < 0 && zmq_errno() == EINTR;
+      if (woken || (base::interrupted() && !already)) return fail(ErrorCode::interrupted, "interrupted");
     }
   }
 };
