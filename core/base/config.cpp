@@ -1,14 +1,13 @@
 #include "core/base/config.h"
 
-#define TOML_EXCEPTIONS 0
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
 #include <set>
-#include <toml++/toml.h>
 
 #include "core/base/files.h"
+#include "core/base/toml.h"
 
 namespace rig::base {
 

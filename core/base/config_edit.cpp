@@ -1,11 +1,11 @@
 #include "core/base/config_edit.h"
 
-#define TOML_EXCEPTIONS 0
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <sstream>
-#include <toml++/toml.h>
+
+#include "core/base/toml.h"
 
 namespace rig::base {
 

@@ -184,5 +184,13 @@ TEST(Result, AnErrorReadsWhereWhatHint) {
   EXPECT_EQ((Error{ErrorCode::io, "what", "", ""}).text(), "what");
 }
 
+TEST(Config, TextThatTheParserDidNotExpectIsAnErrorToo) {
+  for (const char* text : {"[;x]\n", "[[.a]]\n", "[ ]\n", "a = [;\n", "[\x01]\n", ";"}) {
+    const auto table = ConfigTable::parse(text, "x.toml");
+    ASSERT_FALSE(table.has_value()) << text;
+    EXPECT_NE(table.error().text().find("x.toml:1:"), std::string::npos) << table.error().text();
+  }
+}
+
 }  // namespace
 }  // namespace rig::base
