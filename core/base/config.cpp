@@ -348,7 +348,9 @@ std::vector<ConfigTable> ConfigTable::tables(std::string_view key) const {
   return out;
 }
 
-std::size_t ConfigTable::errors() const { return document_->errors.size(); }
+std::size_t ConfigTable::errors() const {
+  return document_->errors.size();
+}
 
 Result<void> ConfigTable::noted() const {
   if (document_->errors.empty()) return {};
