@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <fstream>
 
-#include "core/scan/scan_directory.h"
-
 namespace rig::daemon {
 
 using base::ErrorCode;
@@ -16,10 +14,9 @@ namespace {
 
 constexpr std::uint64_t kMostAtOnce = 4ULL << 20U;
 
-Result<scan::FrameRecord> record_of(const std::filesystem::path& scan, const protocol::GetFrame& wanted) {
-  const auto journal = scan::Journal::open_read_only(scan::journal_path(scan));
-  if (!journal) return pass(journal);
-  const auto pose = journal->pose(wanted.row());
+Result<scan::FrameRecord> record_of(const std::filesystem::path& scan, const scan::Journal& journal,
+                                    const protocol::GetFrame& wanted) {
+  const auto pose = journal.pose(wanted.row());
   if (!pose) return pass(pose);
   if (*pose) {
     for (const scan::FrameRecord& frame : (*pose)->frames) {
@@ -33,9 +30,9 @@ Result<scan::FrameRecord> record_of(const std::filesystem::path& scan, const pro
 
 }  // namespace
 
-Result<protocol::FramePiece> read_frame_piece(const std::filesystem::path& scan,
+Result<protocol::FramePiece> read_frame_piece(const std::filesystem::path& scan, const scan::Journal& journal,
                                               const protocol::GetFrame& wanted) {
-  const auto record = record_of(scan, wanted);
+  const auto record = record_of(scan, journal, wanted);
   if (!record) return pass(record);
   const std::filesystem::path path = scan / record->file;
   std::error_code error;

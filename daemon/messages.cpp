@@ -178,6 +178,12 @@ void keep_events(const PoseTake& take, Actions& actions) {
   for (const scan::EventRecord& event : take.events) actions.push_back(KeepEvent{event, 0});
 }
 
+void publish_alarm(State& state, Actions& actions, const std::string& text) {
+  protocol::Event event;
+  event.mutable_alarm()->set_text(text);
+  publish(state, actions, std::move(event));
+}
+
 void publish_job(State& state, Actions& actions, const JobEntry& job) {
   protocol::Event event;
   *event.mutable_job_changed()->mutable_job() = make_job_info(state, job);

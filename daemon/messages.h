@@ -22,6 +22,8 @@ void keep_events(const PoseTake& take, Actions& actions);
 /// Numbers an event, stamps it and adds its publication. An event of the pose in flight waits there for the
 /// pose's commit; every other one is kept at once.
 void publish(State& state, Actions& actions, protocol::Event event);
+/// The event Alarm.
+void publish_alarm(State& state, Actions& actions, const std::string& text);
 /// JobChanged, and the job's line in rigd's own state.
 void publish_job(State& state, Actions& actions, const JobEntry& job);
 

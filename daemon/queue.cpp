@@ -86,9 +86,7 @@ void advance_parking(const Setup& setup, State& state, Actions& actions) {
   if (auto ok = begin_move(setup, state, actions, {true, true, true, true}, *setup.rig.unattended.park_rad,
                            std::nullopt);
       !ok) {
-    protocol::Event alarm;
-    alarm.mutable_alarm()->set_text("not parked: " + ok.error().text());
-    publish(state, actions, std::move(alarm));
+    publish_alarm(state, actions, "not parked: " + ok.error().text());
   }
 }
 

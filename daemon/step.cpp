@@ -97,9 +97,7 @@ struct Handler {
     }
     if (event.what == state.last_alarm) return;  // a device that is gone says so at every look
     state.last_alarm = event.what;
-    protocol::Event alarm;
-    alarm.mutable_alarm()->set_text(event.what);
-    publish(state, actions, std::move(alarm));
+    publish_alarm(state, actions, event.what);
   }
 
   void operator()(const CameraTriggered& event) const { on_camera_triggered(setup, state, event); }

@@ -148,7 +148,14 @@ Result<protocol::Report> Storage::report_of(const protocol::JobInfo& job) {
 }
 
 void Storage::send_frame_piece(const SendFramePiece& action) {
-  auto piece = read_frame_piece(action.scan_folder, action.wanted);
+  const auto read = [&]() -> Result<protocol::FramePiece> {
+    // The open journal knows it without another look through the whole database.
+    if (journal_ && scan_ == action.scan_folder) return read_frame_piece(scan_, *journal_, action.wanted);
+    const auto journal = scan::Journal::open_read_only(scan::journal_path(action.scan_folder));
+    if (!journal) return pass(journal);
+    return read_frame_piece(action.scan_folder, *journal, action.wanted);
+  };
+  auto piece = read();
   auto reply = make_reply(action.asker.id, piece ? protocol::DONE : protocol::FAILED,
                           piece ? std::string() : piece.error().text());
   if (piece) *reply.mutable_frame_piece() = std::move(*piece);

@@ -40,12 +40,6 @@ std::vector<Look> looks_of(const Setup& setup, const ActiveJob& job, Kind kind) 
   return looks;
 }
 
-void alarm(State& state, Actions& actions, const std::string& text) {
-  protocol::Event event;
-  event.mutable_alarm()->set_text(text);
-  publish(state, actions, std::move(event));
-}
-
 // The job waits for a person, who has seen for himself when he releases it.
 void hold(State& state, Actions& actions, const std::string& reason) {
   JobEntry& entry = *find_job(state, state.job->id);
@@ -100,7 +94,8 @@ void put_off(State& state, Actions& actions, Kind kind, const std::string& why) 
   ActiveJob& job = *state.job;
   switch (kind) {
     case Kind::place:
-      alarm(state, actions, "the job goes on without a check whether the sample or the rig moved: " + why);
+      publish_alarm(state, actions,
+                    "the job goes on without a check whether the sample or the rig moved: " + why);
       job.place.reset();
       return;
     case Kind::identity:
@@ -112,7 +107,7 @@ void put_off(State& state, Actions& actions, Kind kind, const std::string& why) 
         job.visit_after = job.committed + 1;
         return;
       }
-      alarm(state, actions, "the last poses are not proven by a reference visit: " + why);
+      publish_alarm(state, actions, "the last poses are not proven by a reference visit: " + why);
       job.last_visit_skipped = true;
       return;
   }
@@ -233,8 +228,9 @@ void plan_visits(const Setup& setup, State& state, Actions& actions, const JobOp
   job.reference_due = setup.rig.unattended.reference.has_value();
   job.identity_due = !opened.config->sample_fiducials.empty() && opened.progress.done == 0;
   if (!opened.not_checked.empty()) {
-    alarm(state, actions,
-          "the job goes on without a check whether the sample or the rig moved: " + opened.not_checked);
+    publish_alarm(
+        state, actions,
+        "the job goes on without a check whether the sample or the rig moved: " + opened.not_checked);
   }
 }
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "protocol/client.h"
+#include "clients/rig/ask.h"
 
 namespace rig::client {
 
@@ -63,14 +63,10 @@ std::string describe_metrics(const protocol::Metrics& metrics, MetricsFormat for
 }
 
 Result<void> metrics(const Connection& to, MetricsFormat format) {
-  auto client = protocol::Client::connect(to.endpoint);
-  if (!client) return base::pass(client);
   protocol::Request request;
   request.mutable_get_metrics();
-  const auto reply = client->ask(request, std::chrono::milliseconds(static_cast<long>(to.wait_s * 1e3)));
+  const auto reply = ask(to, request, to.wait_s);
   if (!reply) return base::pass(reply);
-  if (reply->outcome() != protocol::DONE)
-    return base::fail(base::ErrorCode::refused, "refused: " + reply->reason());
   std::fputs(describe_metrics(reply->metrics(), format).c_str(), stdout);
   return {};
 }
