@@ -40,6 +40,7 @@ struct FetchFrame {
 };
 struct AbortCamera {};
 struct ProbeCamera {};  ///< whether one that was lost is back
+struct ReadCameraTemperature {};
 struct SetLightLevel {
   double level;
 };
@@ -178,8 +179,9 @@ using Action =
                  AbortCamera, SetLightLevel, SetShutter, PollLight, ReadLines, CreateJob, OpenJob, SaveJob,
                  StoreFrame, CommitPose, DiscardBracket, RecordFailure, SaveStop, ReleaseFrame, SendReply,
                  ReplyWithFrame, SubscribeClient, UnsubscribeClient, Publish, PublishPreview, ProbeCamera,
-                 SaveOrder, PollDisk, SaveLease, KeepEvent, CheckSpace, SendReport, TellOfJob, AskStorage,
-                 JudgeLook, RecordVisit, SendFramePiece, ReplyWithMetrics, LogStatistics>;
+                 ReadCameraTemperature, SaveOrder, PollDisk, SaveLease, KeepEvent, CheckSpace, SendReport,
+                 TellOfJob, AskStorage, JudgeLook, RecordVisit, SendFramePiece, ReplyWithMetrics,
+                 LogStatistics>;
 using Actions = std::vector<Action>;
 
 }  // namespace rig::daemon

@@ -111,6 +111,7 @@ Signal temperature_signal(const Setup& setup, const State& state, const JobEntry
     device = name;
   };
   look(state.light.temperature_c, "the light");
+  look(state.camera_temperature_c, "the camera");
   for (std::size_t i = 0; i < kAxisCount; ++i) {
     look(state.axes[i].last.temperature_c, fmt::format("axis {}", machine::kAxisNames[i]));
   }

@@ -50,6 +50,9 @@ struct DeviceFailed {
 };
 /// The camera did what it was asked by ProbeCamera.
 struct CameraAnswered {};
+struct CameraTemperatureRead {
+  std::optional<double> temperature_c;  ///< nothing: the camera does not tell
+};
 /// The camera took the trigger: the exposure begins.
 struct CameraTriggered {
   std::uint64_t exposure;
@@ -125,10 +128,11 @@ struct Heartbeat {
 struct StatisticsDue {};  ///< once a minute of the wall
 struct EndRequested {};   ///< SIGTERM
 
-using What = std::variant<Tick, RequestReceived, AxisPolled, LightPolled, LinesRead, DeviceFailed,
-                          FrameNotReady, FrameFetched, FrameStored, PoseCommitted, JobCreated, JobOpened,
-                          StorageFailed, EndRequested, CameraAnswered, DiskRead, ClientRevoked,
-                          CameraTriggered, LookJudged, VisitRecorded, Heartbeat, StatisticsDue>;
+using What =
+    std::variant<Tick, RequestReceived, AxisPolled, LightPolled, LinesRead, DeviceFailed, FrameNotReady,
+                 FrameFetched, FrameStored, PoseCommitted, JobCreated, JobOpened, StorageFailed, EndRequested,
+                 CameraAnswered, CameraTemperatureRead, DiskRead, ClientRevoked, CameraTriggered, LookJudged,
+                 VisitRecorded, Heartbeat, StatisticsDue>;
 
 struct Event {
   Time time{};

@@ -326,6 +326,17 @@ void Loop::carry_out(Action& action) {
                 },
                 0, deadline("camera: to answer", setup_.rig.deadlines.camera_s));
           },
+          [&](const ReadCameraTemperature&) {
+            devices_.camera_worker->queue(
+                [this] {
+                  if (auto read = devices_.camera->temperature_c(); read) {
+                    post(CameraTemperatureRead{*read});
+                  } else {
+                    post(failure("camera", read.error()));
+                  }
+                },
+                0, deadline("camera: its temperature", setup_.rig.deadlines.camera_s));
+          },
           [&](const SetLightLevel& a) {
             auto transaction = [this, a] {
               if (auto ok = devices_.light->set_level(a.level); !ok) post(failure("light", ok.error()));

@@ -224,6 +224,8 @@ struct State {
   std::map<std::string, std::string> lost;  ///< devices that do not answer for now, and what was said
   std::optional<double> free_bytes;         ///< where the active job's scan is, as last told
   Time disk_look_at{};
+  Time camera_look_at{};
+  std::optional<double> camera_temperature_c;
 
   Lease lease;
 

@@ -22,7 +22,8 @@ using base::seconds;
 
 namespace {
 
-constexpr double kLookEvery_s = 0.5;  // at the lines, the light and resting axes
+constexpr double kLookEvery_s = 0.5;   // at the lines, the light and resting axes
+constexpr double kCameraEvery_s = 10;  // at the camera's temperature
 constexpr double kDiskEvery_s = 30;
 constexpr double kShortDiskEvery_s = 5;
 constexpr double kFetchAgain_s = 0.005;
@@ -158,6 +159,9 @@ struct Handler {
   }
 
   void operator()(const CameraAnswered& /*event*/) const { state.lost.erase("camera"); }
+  void operator()(const CameraTemperatureRead& event) const {
+    state.camera_temperature_c = event.temperature_c;
+  }
   void operator()(const DiskRead& event) const { state.free_bytes = event.free_bytes; }
   void operator()(const ClientRevoked& event) const { on_client_revoked(state, actions, event); }
   void operator()(const Heartbeat& /*event*/) const {}  // that step() ran is the answer
@@ -176,7 +180,12 @@ void look_around(const Setup& setup, State& state, Actions& actions) {
   state.look_at = state.now + seconds(kLookEvery_s);
   if (setup.rig.emergency_stop) actions.push_back(ReadLines{});
   actions.push_back(PollLight{++state.last_poll});
-  if (state.lost.count("camera") != 0) actions.push_back(ProbeCamera{});
+  if (state.lost.count("camera") != 0) {
+    actions.push_back(ProbeCamera{});
+  } else if (state.now >= state.camera_look_at) {
+    state.camera_look_at = state.now + seconds(kCameraEvery_s);
+    actions.push_back(ReadCameraTemperature{});
+  }
   for (std::size_t i = 0; i < kAxisCount; ++i) {
     // Moving ones too: they must be seen on their way.
     actions.push_back(PollAxis{i, ++state.last_poll});

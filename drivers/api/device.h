@@ -44,6 +44,7 @@ class Axis {
   virtual ~Axis() = default;
 
   [[nodiscard]] virtual AxisCapabilities capabilities() const = 0;
+  /// Energises the drive or lets it go; `true` also acknowledges a fault whose cause is gone.
   [[nodiscard]] virtual Result<void> enable(bool on) = 0;
   /// Starts homing; it is done when state() says homed and not moving.
   [[nodiscard]] virtual Result<void> home() = 0;
@@ -92,6 +93,8 @@ class Camera {
   [[nodiscard]] virtual Result<std::optional<FrameInfo>> fetch(std::span<std::uint16_t> pixels) = 0;
   /// Ends an exposure; its frame never arrives.
   [[nodiscard]] virtual Result<void> abort() = 0;
+  /// Of the sensor or housing; nothing from a camera that does not tell. Also asked while it exposes.
+  [[nodiscard]] virtual Result<std::optional<double>> temperature_c() { return std::optional<double>(); }
 };
 
 struct LightCapabilities {
@@ -136,7 +139,9 @@ class DigitalIo {
   virtual ~DigitalIo() = default;
 
   [[nodiscard]] virtual std::vector<Line> lines() const = 0;
-  /// Levels of all lines in the order of lines(): active is true, whatever the wiring.
+  /// Levels of all lines in the order of lines(): active is true, whatever the wiring. An input that was
+  /// active at any moment since the last read counts as active, so that no press of a button falls between
+  /// two looks; a line that cannot be read is an error, never a level.
   [[nodiscard]] virtual Result<std::vector<bool>> read() = 0;
   [[nodiscard]] virtual Result<void> set(const std::string& line, bool active) = 0;
 };

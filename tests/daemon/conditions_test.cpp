@@ -153,6 +153,18 @@ TEST_F(ConditionsTest, AHotLampSuspendsUntilItHasCooled) {
   EXPECT_EQ(suspensions(), (Strings{"+temperature", "-temperature"}));
 }
 
+TEST_F(ConditionsTest, AHotCameraSuspendsUntilItHasCooled) {
+  setup_.rig.unattended.suspend.max_temperature_c = 60;
+  restart();
+  run_to_third_pose();
+  model_->camera_temperature_c = 61;
+  run_until([&] { return resting(); });
+  EXPECT_EQ(suspensions(), Strings{"+temperature"});
+  model_->camera_temperature_c = 54;
+  run_to_completion();
+  EXPECT_EQ(suspensions(), (Strings{"+temperature", "-temperature"}));
+}
+
 TEST_F(ConditionsTest, AfterTheLimitTheJobIsHeldForAPerson) {
   setup_.rig.unattended.suspend.limit_s = 100;
   restart();

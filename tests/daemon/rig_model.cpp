@@ -521,6 +521,10 @@ void RigModel::carry_out(const Action& action) {
     on_channel(kCamera, [this] {
       if (!lost("camera")) answer(CameraAnswered{});
     });
+  } else if (std::holds_alternative<ReadCameraTemperature>(action)) {
+    on_channel(kCamera, [this] {
+      if (!lost("camera")) answer(CameraTemperatureRead{camera_temperature_c});
+    });
   } else if (std::holds_alternative<AbortCamera>(action)) {
     on_channel(kCamera, [this] { exposing_.reset(); });
   } else if (const auto* level = std::get_if<SetLightLevel>(&action)) {
