@@ -1,0 +1,209 @@
+#include "drivers/common/serial_line.h"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+namespace rig::drivers {
+
+using base::ErrorCode;
+using base::fail;
+using base::pass;
+using base::Result;
+using std::chrono::milliseconds;
+using Steady = std::chrono::steady_clock;
+
+namespace {
+
+struct Speed {
+  int baud;
+  speed_t code;
+};
+constexpr std::array kSpeeds{
+    Speed{1200, B1200},     Speed{2400, B2400},     Speed{4800, B4800},     Speed{9600, B9600},
+    Speed{19200, B19200},   Speed{38400, B38400},   Speed{57600, B57600},   Speed{115200, B115200},
+    Speed{230400, B230400}, Speed{460800, B460800}, Speed{921600, B921600},
+};
+
+const Speed* speed_of(int baud) {
+  for (const Speed& speed : kSpeeds) {
+    if (speed.baud == baud) return &speed;
+  }
+  return nullptr;
+}
+
+int time_left_ms(Steady::time_point deadline) {
+  const auto left = std::chrono::ceil<milliseconds>(deadline - Steady::now()).count();
+  return static_cast<int>(std::max<milliseconds::rep>(left, 0));
+}
+
+Result<void> set_up(int fd, const SerialSettings& settings) {
+  const auto failed = [&](const char* what) {
+    return fail(ErrorCode::io, fmt::format("{}: {}", what, std::strerror(errno)), settings.path);
+  };
+  termios mode{};
+  if (::tcgetattr(fd, &mode) != 0) return failed("this is no serial line");
+  ::cfmakeraw(&mode);
+  mode.c_cflag |= CLOCAL | CREAD;
+  mode.c_cflag &= ~static_cast<tcflag_t>(CRTSCTS | CSTOPB | PARENB | PARODD);
+  if (settings.stop_bits == 2) mode.c_cflag |= CSTOPB;
+  if (settings.parity != 'N') {
+    mode.c_cflag |= PARENB;
+    mode.c_iflag |= INPCK;
+  }
+  if (settings.parity == 'O') mode.c_cflag |= PARODD;
+  mode.c_cc[VMIN] = 0;
+  mode.c_cc[VTIME] = 0;
+  const Speed* speed = speed_of(settings.baud);
+  if (speed == nullptr) {
+    return fail(ErrorCode::bad_input, fmt::format("no serial line runs at {} baud", settings.baud),
+                settings.path);
+  }
+  ::cfsetispeed(&mode, speed->code);
+  ::cfsetospeed(&mode, speed->code);
+  if (::tcsetattr(fd, TCSANOW, &mode) != 0) return failed("the line cannot be set up");
+  // tcsetattr is content when anything could be set.
+  termios is{};
+  if (::tcgetattr(fd, &is) != 0 || ::cfgetospeed(&is) != speed->code) {
+    return fail(ErrorCode::bad_input, fmt::format("the line does not run at {} baud", settings.baud),
+                settings.path);
+  }
+  ::tcflush(fd, TCIOFLUSH);
+  return {};
+}
+
+}  // namespace
+
+SerialSettings read_serial_settings(const base::ConfigTable& settings, const SerialSettings& usual) {
+  SerialSettings serial = usual;
+  serial.path = settings.text("port");
+  serial.baud = static_cast<int>(settings.integer_or("baud", usual.baud, 1200, 921600));
+  if (speed_of(serial.baud) == nullptr) {
+    settings.error("baud", fmt::format("no serial line runs at {} baud", serial.baud),
+                   "9600, 19200, 38400, 57600, 115200, ...");
+  }
+  const char* name = usual.parity == 'E' ? "even" : usual.parity == 'O' ? "odd" : "none";
+  const std::string parity = settings.choice_or("parity", name, {"none", "even", "odd"});
+  serial.parity = parity == "even" ? 'E' : parity == "odd" ? 'O' : 'N';
+  serial.stop_bits = static_cast<int>(settings.integer_or("stop_bits", usual.stop_bits, 1, 2));
+  return serial;
+}
+
+Result<std::unique_ptr<SerialLine>> SerialLine::open(const SerialSettings& settings) {
+  const int fd = ::open(settings.path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (fd < 0) {
+    return fail(ErrorCode::lost, fmt::format("cannot open the serial line: {}", std::strerror(errno)),
+                settings.path,
+                errno == EACCES ? "is rigd in the group that owns it (dialout)?" : "is it plugged in?");
+  }
+  std::unique_ptr<SerialLine> line(new SerialLine(settings, fd));
+  if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    return fail(ErrorCode::busy, "another program has the serial line", settings.path);
+  }
+  if (auto ok = set_up(fd, settings); !ok) return pass(ok);
+  return line;
+}
+
+SerialLine::~SerialLine() {
+  ::close(fd_);
+}
+
+tl::unexpected<base::Error> SerialLine::lost(const std::string& why) const {
+  return fail(ErrorCode::lost, "the serial line is gone: " + why, settings_.path);
+}
+
+Result<void> SerialLine::write(std::string_view bytes, milliseconds within) {
+  const auto deadline = Steady::now() + within;
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(fd_, bytes.data(), bytes.size());
+    if (n > 0) {
+      bytes.remove_prefix(static_cast<std::size_t>(n));
+      continue;
+    }
+    if (n < 0 && errno != EAGAIN && errno != EINTR) return lost(std::strerror(errno));
+    pollfd wait{fd_, POLLOUT, 0};
+    const int ready = ::poll(&wait, 1, time_left_ms(deadline));
+    if (ready > 0 && (wait.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) return lost("hung up");
+    if (ready == 0) {
+      return fail(ErrorCode::timeout, fmt::format("the line takes no bytes within {} ms", within.count()),
+                  settings_.path);
+    }
+  }
+  return {};
+}
+
+Result<bool> SerialLine::take_in(Steady::time_point deadline) {
+  while (true) {
+    std::array<char, 1024> buffer{};
+    const ssize_t n = ::read(fd_, buffer.data(), buffer.size());
+    if (n > 0) {
+      come_.append(buffer.data(), static_cast<std::size_t>(n));
+      return true;
+    }
+    if (n < 0 && errno != EAGAIN && errno != EINTR) return lost(std::strerror(errno));
+    pollfd wait{fd_, POLLIN, 0};
+    const int ready = ::poll(&wait, 1, time_left_ms(deadline));
+    if (ready == 0) return false;
+    // Bytes that came before the hang-up are read first.
+    if (ready > 0 && (wait.revents & POLLIN) == 0) return lost("hung up");
+    // A terminal that is readable and gives nothing has hung up, too.
+    if (ready > 0 && n == 0 && (wait.revents & (POLLHUP | POLLERR)) != 0) return lost("hung up");
+  }
+}
+
+Result<std::string> SerialLine::read_until(char end, milliseconds within, std::size_t most) {
+  const auto deadline = Steady::now() + within;
+  while (true) {
+    const auto found = come_.find(end);
+    if (found != std::string::npos && found <= most) {
+      std::string text = come_.substr(0, found);
+      come_.erase(0, found + 1);
+      return text;
+    }
+    if (come_.size() > most) {
+      come_.clear();
+      return fail(ErrorCode::damaged, fmt::format("{} bytes and no end of the answer", most), settings_.path);
+    }
+    auto more = take_in(deadline);
+    if (!more) return pass(more);
+    if (!*more) {
+      return fail(ErrorCode::timeout, fmt::format("no answer within {} ms", within.count()), settings_.path);
+    }
+  }
+}
+
+Result<std::string> SerialLine::read_exactly(std::size_t count, milliseconds within) {
+  const auto deadline = Steady::now() + within;
+  while (come_.size() < count) {
+    auto more = take_in(deadline);
+    if (!more) return pass(more);
+    if (!*more) {
+      return fail(ErrorCode::timeout,
+                  fmt::format("{} of {} bytes within {} ms", come_.size(), count, within.count()),
+                  settings_.path);
+    }
+  }
+  std::string bytes = come_.substr(0, count);
+  come_.erase(0, count);
+  return bytes;
+}
+
+Result<std::string> SerialLine::read_waiting() {
+  auto more = take_in(Steady::now());
+  while (more && *more) more = take_in(Steady::now());
+  if (!more) return pass(more);
+  return std::exchange(come_, {});
+}
+
+void SerialLine::discard_input() {
+  come_.clear();
+  ::tcflush(fd_, TCIFLUSH);
+}
+
+}  // namespace rig::drivers
