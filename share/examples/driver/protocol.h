@@ -1,7 +1,7 @@
 // The words of the Turner, a motor controller that nobody makes: one line asks, one line answers.
 //
-//   request   <tag><text>*<sum>\n      "3M 1200 500 2000*7A\n"
-//   answer    <tag><text>*<sum>\n      "3M ok*2F\n"
+//   request   <tag><text>*<sum>\n      "3M 1200 500 2000*FA\n"
+//   answer    <tag><text>*<sum>\n      "3M ok*7A\n"
 //
 // The tag is a digit that the answer repeats; the sum is that of all bytes before the star, modulo 256, as
 // two capital hexadecimal digits.

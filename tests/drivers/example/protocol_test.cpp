@@ -12,10 +12,12 @@ using base::ErrorCode;
 TEST(TurnerProtocol, ARequestHasTagTextAndSum) {
   EXPECT_EQ(request(3, "Q"), "3Q*84\n");
   EXPECT_EQ(request(9, "S"), "9S*8C\n");
+  EXPECT_EQ(request(3, "M 1200 500 2000"), "3M 1200 500 2000*FA\n");
 }
 
 TEST(TurnerProtocol, AnAnswerIsForItsOwnRequestAndWhole) {
   EXPECT_EQ(answer(3, "3Q*84"), "Q");
+  EXPECT_EQ(answer(3, "3M ok*7A"), "M ok");
   for (const char* wrong : {"", "*", "*00", "3Q", "3Q*", "3Q*85", "3Q*8c", "3Q*84 ", "\xff\xff\xff\xff"}) {
     const auto read = answer(3, wrong);
     ASSERT_FALSE(read.has_value()) << wrong;
