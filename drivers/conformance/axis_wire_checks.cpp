@@ -96,6 +96,7 @@ void a_few(AxisSession& s, Spoil how) {
     spoil(s, how, answers);
     const auto moved = s.try_move(s.at(share));
     if (moved) {
+      s.recover(when);
       s.follow_to(s.at(share));
     } else {
       require(right_error(moved.error().code), "{} to a move: it answered {}", when, told(moved.error()));
