@@ -169,7 +169,8 @@ class Keeper {
         protocol::Request release;
         release.mutable_release_job()->set_job(1);
         if (auto released = rig.ask(release); !released) return base::pass(released);
-      } else if (**state != protocol::ACTIVE && **state != protocol::QUEUED && **state != protocol::SUSPENDED) {
+      } else if (**state != protocol::ACTIVE && **state != protocol::QUEUED &&
+                 **state != protocol::SUSPENDED) {
         problem(fmt::format("the job ended otherwise than complete: {}", protocol::JobState_Name(**state)));
         return true;
       }
@@ -292,14 +293,15 @@ Result<NightReport> disturbed_night(const NightOptions& options) {
   return night(options, random_faults(random, options.seed, options.changes_pixels), true);
 }
 
-Result<std::string> random_job(const fs::path& shipped, std::size_t poses, std::uint64_t seed) {
+Result<std::string> random_job(const fs::path& shipped, std::size_t poses, std::uint64_t seed,
+                               const std::vector<double>& exposures_s) {
   auto rig = machine::load_rig_config(shipped.string());
   if (!rig) return base::pass(rig);
   base::Random random(base::derive_key(seed, 3));
   machine::JobConfig job;
   job.name = "soak";
   job.sample = "chart";
-  job.exposure.exposures_s = {0.06, 0.0075, 0.001};
+  job.exposure.exposures_s = exposures_s;
   job.retry = {20, 0.1};
   machine::JointAngles from{};
   for (std::size_t i = 0; i < machine::kAxisCount; ++i) from[i] = rig->axes[i].home_rad;

@@ -43,6 +43,8 @@ struct NightReport {
 
 /// A job of so many poses and three exposures that the shipped rig can do, chosen by the seed.
 [[nodiscard]] base::Result<std::string> random_job(const std::filesystem::path& shipped, std::size_t poses,
-                                                   std::uint64_t seed);
+                                                   std::uint64_t seed,
+                                                   const std::vector<double>& exposures_s = {0.06, 0.0075,
+                                                                                             0.001});
 
 }  // namespace rig::soak
