@@ -99,6 +99,7 @@ Outcome stop_on_a_bad_wire(Bench& bench) {
     // Nothing comes through for a while.
     start_far(s);
     (void)s.wire().spoil(how, kAll);
+    (void)s.try_state();
     (void)stop_on_the_wire(s, fmt::format("with every answer {}", name), true);
     s.recover(fmt::format("after {} {} answers", kAll, name));
     require_short_of(s, s.high(), "stopped");

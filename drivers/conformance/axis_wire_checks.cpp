@@ -62,6 +62,23 @@ int ask(AxisSession& s, int times, std::string_view when) {
   return failed;
 }
 
+// Read on the way, and again at its end: what was true on the way is not told at the end.
+void while_moving(AxisSession& s, Spoil how, int answers, std::string_view when) {
+  s.arrive(s.low());
+  s.start(s.high());
+  s.wait_under_way(s.low(), 0.1 * (s.high() - s.low()));
+  spoil(s, how, answers);
+  const auto now = s.try_state();
+  if (!now) {
+    require(right_error(now.error().code), "{} to a reading while moving: it answered {}", when,
+            told(now.error()));
+  }
+  s.wait_peer_stands(s.longest(s.high() - s.low()), "after a move was started");
+  (void)ask(s, 5, when);
+  s.recover(when);
+  s.require_true_at_rest(s.state(), when);
+}
+
 // One spoilt answer to a reading, to a move, and to readings that follow it, at places that differ each time.
 void a_few(AxisSession& s, Spoil how) {
   double share = 0.1;
@@ -89,6 +106,7 @@ void a_few(AxisSession& s, Spoil how) {
     }
     (void)ask(s, 5, when);
     s.make_ready();
+    while_moving(s, how, answers, when);
   }
 }
 

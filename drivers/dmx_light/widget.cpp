@@ -32,14 +32,16 @@ Result<Message> Widget::ask(std::string_view request, Label answer) {
       if (message->label == static_cast<std::uint8_t>(answer)) return *message;
     }
     auto first = line_->read_exactly(1, left());
-    if (!first) {
-      if (first.error().code == ErrorCode::timeout && (noise > 0 || !come.empty())) {
-        return fail(ErrorCode::damaged,
-                    fmt::format("{} bytes and no answer of a widget", noise + come.size()), line_->path(),
-                    "is this a DMX USB Pro?");
+    if (!first && first.error().code == ErrorCode::timeout) {
+      if (noise == 0 && come.empty()) {
+        return fail(ErrorCode::timeout,
+                    fmt::format("no answer of the widget within {} ms", retry_.answer.count()), line_->path(),
+                    "is this the right port?");
       }
-      return pass(first);
+      return fail(ErrorCode::damaged, fmt::format("{} bytes and no answer of a widget", noise + come.size()),
+                  line_->path(), "is this a DMX USB Pro?");
     }
+    if (!first) return pass(first);
     auto rest = line_->read_waiting();
     if (!rest) return pass(rest);
     come += *first + *rest;

@@ -178,7 +178,7 @@ TEST_F(DmxLight, TheLogNamesTheWidget) {
 
 TEST_F(DmxLight, APortWithNothingBehindItIsAnError) {
   widget_.spoil(DmxPro::Spoil::missing, 1000);
-  EXPECT_THAT(refusal(""), HasSubstr("no answer"));
+  EXPECT_THAT(refusal(""), HasSubstr("no answer of the widget within 100 ms, 3 times"));
   widget_.spoil(DmxPro::Spoil::garbage, 1000);
   EXPECT_THAT(refusal(""), HasSubstr("no answer of a widget"));
   widget_.cut();
