@@ -92,11 +92,14 @@ TicAxis::TicAxis(TicSettings tic, ModuleSettings module, base::Clock& clock, Ses
 template <typename Use>
 auto TicAxis::with(Use&& use) -> decltype(use(std::declval<Session&>())) {
   heart_.beat();
-  return connection_.use([&](Session& session) {
-    const Settings& settings = session.settings();
-    has_switches_ = settings.forward_limit_pins != 0 || settings.reverse_limit_pins != 0;
-    return use(session);
-  });
+  const auto session = connection_.get();
+  if (!session) return pass(session);
+  const Settings& settings = (*session)->settings();
+  has_switches_ = settings.forward_limit_pins != 0 || settings.reverse_limit_pins != 0;
+  auto answer = use(**session);
+  // One that is silent is spoken to further: a stop must reach it without a greeting before.
+  if ((*session)->link().gone()) connection_.close();
+  return answer;
 }
 
 AxisCapabilities TicAxis::capabilities() const {
@@ -116,7 +119,7 @@ Result<void> TicAxis::enable(bool on) {
   return with([&](Session& session) -> Result<void> {
     Link& link = session.link();
     const std::string& where = link.identity().where;
-    if (!on) return link.quick(Command::deenergize);
+    if (!on) return let_go(link);
     if (!session.mismatch().empty()) return fail(ErrorCode::device, session.mismatch(), where);
     const auto before = link.variables();
     if (!before) return pass(before);
@@ -136,6 +139,14 @@ Result<void> TicAxis::enable(bool on) {
       return fail(ErrorCode::device, "the motor cannot be enabled: " + why_not(*after), where);
     return {};
   });
+}
+
+Result<void> TicAxis::let_go(Link& link) {
+  if (auto ok = link.quick(Command::deenergize); !ok) return ok;
+  const auto after = read_until(link, kHaltsWithin, [](const Variables& now) { return !now.energized; });
+  if (!after) return pass(after);
+  if (after->energized) return fail(ErrorCode::device, "it stays energised", link.identity().where);
+  return {};
 }
 
 Result<void> TicAxis::send_rates(Link& link, const Variables& now, std::uint32_t speed, std::uint32_t accel) {
@@ -252,9 +263,13 @@ Result<void> TicAxis::stop() {
     Link& link = session.link();
     // First of all, because it is never wrong: it brakes, forgets the target, and costs no reference.
     const auto braked = link.write32(Command::set_target_velocity, 0);
-    if (!braked && braked.error().code == ErrorCode::lost) return braked;
+    if (!braked && braked.error().code == ErrorCode::lost) {
+      // Silent, but perhaps not deaf; a homing heeds nothing less than this.
+      if (!link.gone()) (void)link.quick_once(Command::halt_and_hold);
+      return braked;
+    }
     const auto now = link.variables();
-    if (!now && now.error().code == ErrorCode::lost) return pass(now);
+    if (!now && link.gone()) return pass(now);
     // A motor that stands is not halted: that would cost its reference for nothing.
     const bool stands = braked && now && !turns(*now);
     const bool brakes = braked && now && !now->homing && tic_.stop == Stop::decelerate;

@@ -26,18 +26,22 @@ Result<void> Link::out(Command command, std::uint16_t value, std::uint16_t index
   const ControlRequest request{kVendorOut, static_cast<std::uint8_t>(command), value, index};
   return naming(command, with_retries(policy, [&] {
                   const std::lock_guard lock(mutex_);
-                  return transport_->control_out(request, policy.answer);
+                  return noting(transport_->control_out(request, policy.answer));
                 }));
 }
 
 Result<Bytes> Link::in(Command command, std::uint16_t offset, std::uint16_t length) {
   const ControlRequest request{kVendorIn, static_cast<std::uint8_t>(command), 0, offset};
   const std::lock_guard lock(mutex_);
-  auto got = transport_->control_in(request, length, policy_.answer);
+  auto got = noting(transport_->control_in(request, length, policy_.answer));
   if (got && got->size() != length) {
     return fail(ErrorCode::damaged, fmt::format("{} of {} bytes", got->size(), length), identity().where);
   }
   return got;
+}
+
+Result<void> Link::quick_once(Command command) {
+  return out(command, 0, 0, RetryPolicy{1, policy_.answer});
 }
 
 Result<void> Link::quick(Command command) {
@@ -88,7 +92,7 @@ Result<std::uint32_t> Link::take_errors_occurred() {
 }
 
 Result<void> Link::feed() {
-  return out(Command::reset_command_timeout, 0, 0, RetryPolicy{1, policy_.answer});
+  return quick_once(Command::reset_command_timeout);
 }
 
 }  // namespace rig::drivers::tic

@@ -48,7 +48,7 @@ Result<Met> meet(Link& link, const TicSettings& tic, Variables& now) {
 
 Result<std::unique_ptr<Session>> Session::open(const TicSettings& tic, const ModuleSettings& module,
                                                const Heartbeat& heart, const Log& log) {
-  auto transport = open_transport(tic.place, module.retry.answer);
+  auto transport = open_transport(tic.place, module.retry);
   if (!transport) return pass(transport);
   std::unique_ptr<Session> session(new Session);
   session->link_ = std::make_unique<Link>(std::move(*transport), module.retry);

@@ -50,17 +50,22 @@ class SocketTransport final : public Transport {
   [[nodiscard]] const Identity& identity() const override { return identity_; }
 
   /// Reads the descriptors.
-  [[nodiscard]] Result<void> meet(milliseconds within) {
+  [[nodiscard]] Result<void> meet(const RetryPolicy& policy) {
     constexpr std::uint16_t kDeviceBytes = 18, kStringBytes = 255;
-    const auto device = control_in({kStandardIn, kGetDescriptor, kDeviceDescriptor, 0}, kDeviceBytes, within);
+    const auto descriptor = [&](std::uint16_t value, std::uint16_t index, std::uint16_t length) {
+      return with_retries(policy, [&] {
+        return control_in({kStandardIn, kGetDescriptor, value, index}, length, policy.answer);
+      });
+    };
+    const auto device = descriptor(kDeviceDescriptor, 0, kDeviceBytes);
     if (!device) return pass(device);
     if (device->size() != kDeviceBytes)
       return fail(ErrorCode::damaged, "no device descriptor", identity_.where);
     const Bytes& d = *device;
     identity_.product = static_cast<std::uint16_t>(d[10] | (d[11] << 8U));
     identity_.firmware = static_cast<std::uint16_t>(d[12] | (d[13] << 8U));
-    const auto index = static_cast<std::uint16_t>(kStringDescriptor | d[16]);
-    const auto text = control_in({kStandardIn, kGetDescriptor, index, kEnglish}, kStringBytes, within);
+    const auto text =
+        descriptor(static_cast<std::uint16_t>(kStringDescriptor | d[16]), kEnglish, kStringBytes);
     if (!text) return pass(text);
     for (std::size_t i = 2; i + 1 < text->size(); i += 2) identity_.serial += static_cast<char>((*text)[i]);
     identity_.where = fmt::format("Tic {} at {}", identity_.serial, identity_.where);
@@ -111,7 +116,7 @@ class SocketTransport final : public Transport {
 }  // namespace
 
 Result<std::unique_ptr<Transport>> open_socket(const std::string& path, const Place& place,
-                                               milliseconds within) {
+                                               const RetryPolicy& policy) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path.size() >= sizeof(address.sun_path))
@@ -123,7 +128,7 @@ Result<std::unique_ptr<Transport>> open_socket(const std::string& path, const Pl
   if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
     return fail(ErrorCode::lost, fmt::format("no Tic there: {}", std::strerror(errno)), path);
   }
-  if (auto met = transport->meet(within); !met) return pass(met);
+  if (auto met = transport->meet(policy); !met) return pass(met);
   if (!place.serial.empty() && transport->identity().serial != place.serial) {
     return fail(ErrorCode::lost, fmt::format("there is no Tic with serial {}", place.serial),
                 transport->identity().where);

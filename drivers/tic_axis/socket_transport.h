@@ -11,6 +11,6 @@ namespace rig::drivers::tic {
 /// `path` is that of a SOCK_SEQPACKET socket.
 [[nodiscard]] base::Result<std::unique_ptr<Transport>> open_socket(const std::string& path,
                                                                    const Place& place,
-                                                                   std::chrono::milliseconds within);
+                                                                   const RetryPolicy& policy);
 
 }  // namespace rig::drivers::tic

@@ -5,12 +5,11 @@
 
 namespace rig::drivers::tic {
 
-base::Result<std::unique_ptr<Transport>> open_transport(const Place& place,
-                                                        std::chrono::milliseconds within) {
+base::Result<std::unique_ptr<Transport>> open_transport(const Place& place, const RetryPolicy& policy) {
   constexpr std::string_view kUnix = "unix:";
   if (place.transport.starts_with(kUnix))
-    return open_socket(place.transport.substr(kUnix.size()), place, within);
-  return open_usb(place);
+    return open_socket(place.transport.substr(kUnix.size()), place, policy);
+  return open_usb(place, policy);
 }
 
 }  // namespace rig::drivers::tic

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "drivers/common/retry.h"
 
 namespace rig::drivers::tic {
 
@@ -53,6 +54,6 @@ struct Place {
 
 /// Finds the Tic. Whatever the error's code, it may come later.
 [[nodiscard]] base::Result<std::unique_ptr<Transport>> open_transport(const Place& place,
-                                                                      std::chrono::milliseconds within);
+                                                                      const RetryPolicy& policy);
 
 }  // namespace rig::drivers::tic

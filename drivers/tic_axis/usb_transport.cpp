@@ -1,5 +1,6 @@
 #include "drivers/tic_axis/usb_transport.h"
 
+#include <algorithm>
 #include <array>
 #include <libusb-1.0/libusb.h>
 
@@ -40,12 +41,20 @@ std::string path_of(libusb_device* device) {
   return path;
 }
 
-std::string serial_of(libusb_device_handle* handle, const libusb_device_descriptor& descriptor) {
-  std::array<unsigned char, 128> text{};
-  const int n = libusb_get_string_descriptor_ascii(handle, descriptor.iSerialNumber, text.data(),
-                                                   static_cast<int>(text.size()));
-  return n > 0 ? std::string(reinterpret_cast<const char*>(text.data()), static_cast<std::size_t>(n))
-               : std::string();
+// libusb's own function for this waits up to two seconds.
+std::string serial_of(libusb_device_handle* handle, const libusb_device_descriptor& descriptor,
+                      milliseconds within) {
+  constexpr std::uint16_t kEnglish = 0x0409;
+  std::array<unsigned char, 255> text{};
+  const int n = libusb_control_transfer(
+      handle, LIBUSB_ENDPOINT_IN, LIBUSB_REQUEST_GET_DESCRIPTOR,
+      static_cast<std::uint16_t>((LIBUSB_DT_STRING << 8) | descriptor.iSerialNumber), kEnglish, text.data(),
+      static_cast<std::uint16_t>(text.size()), static_cast<unsigned>(within.count()));
+  std::string serial;  // UTF-16 behind two bytes; digits in fact
+  for (std::size_t i = 2; i + 1 < static_cast<std::size_t>(std::max(n, 0)); i += 2) {
+    serial += static_cast<char>(text[i]);
+  }
+  return serial;
 }
 
 class UsbTransport final : public Transport {
@@ -117,7 +126,7 @@ struct Seen {
   bool forbidden = false;
 };
 
-std::optional<Found> try_device(libusb_device* device, const Place& place, Seen& seen) {
+std::optional<Found> try_device(libusb_device* device, const Place& place, milliseconds within, Seen& seen) {
   libusb_device_descriptor descriptor{};
   const std::string path = path_of(device);
   if (!place.usb_path.empty() && path != place.usb_path) return std::nullopt;
@@ -129,7 +138,7 @@ std::optional<Found> try_device(libusb_device* device, const Place& place, Seen&
     return std::nullopt;
   }
   Handle handle(opened);
-  const std::string serial = serial_of(handle.get(), descriptor);
+  const std::string serial = serial_of(handle.get(), descriptor, within);
   seen.serials.push_back(serial);
   if (!place.serial.empty() && serial != place.serial) return std::nullopt;
   Identity identity{descriptor.idProduct, descriptor.bcdDevice, serial,
@@ -153,7 +162,7 @@ tl::unexpected<base::Error> not_there(const Place& place, const Seen& seen) {
 
 }  // namespace
 
-Result<std::unique_ptr<Transport>> open_usb(const Place& place) {
+Result<std::unique_ptr<Transport>> open_usb(const Place& place, const RetryPolicy& policy) {
   // A context of its own, which knows what is plugged in now; an older one learns that only where a device
   // manager (udev) runs.
   libusb_context* made = nullptr;
@@ -171,7 +180,7 @@ Result<std::unique_ptr<Transport>> open_usb(const Place& place) {
   const List list(devices);
   Seen seen;
   for (ssize_t i = 0; i < n; ++i) {
-    auto found = try_device(devices[i], place, seen);
+    auto found = try_device(devices[i], place, policy.answer, seen);
     if (!found) continue;
     if (const int error = libusb_claim_interface(found->handle.get(), kInterface); error != 0) {
       return fail(ErrorCode::lost, fmt::format("the Tic cannot be claimed: {}", libusb_strerror(error)),

@@ -6,6 +6,7 @@
 namespace rig::drivers::tic {
 
 /// The Tic that `place` names; this process alone has it then.
-[[nodiscard]] base::Result<std::unique_ptr<Transport>> open_usb(const Place& place);
+[[nodiscard]] base::Result<std::unique_ptr<Transport>> open_usb(const Place& place,
+                                                                const RetryPolicy& policy);
 
 }  // namespace rig::drivers::tic
