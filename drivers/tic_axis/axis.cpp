@@ -132,8 +132,9 @@ Result<void> TicAxis::enable(bool on) {
     if (auto ok = link.write32(Command::set_target_velocity, 0); !ok) return ok;
     if (auto ok = link.quick(Command::energize); !ok) return ok;
     if (auto ok = link.quick(Command::exit_safe_start); !ok) return ok;
-    const auto after =
-        read_until(link, kStartsWithin, [](const Variables& now) { return now.runs() && now.energized; });
+    const auto after = read_until(link, kStartsWithin, [](const Variables& now) {
+      return now.operation == Operation::normal && now.energized;
+    });
     if (!after) return pass(after);
     if (!after->runs())
       return fail(ErrorCode::device, "the motor cannot be enabled: " + why_not(*after), where);
