@@ -84,7 +84,7 @@ tl::unexpected<base::Error> not_given(const LineRequest& request, gpiod_line* li
               other == nullptr ? fmt::format("the line is not to be had: {}", std::strerror(why))
                                : fmt::format("'{}' has the line", other),
               "line " + request.name,
-              no_edges ? "a chip that does not tell of changes needs edges = \"none\"" : "");
+              no_edges ? "a chip that does not tell of changes needs edges = \"polled\"" : "");
 }
 
 class KernelChip final : public LineChip {

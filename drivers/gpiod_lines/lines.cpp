@@ -1,11 +1,12 @@
 #include "drivers/gpiod_lines/lines.h"
 
 #include <algorithm>
-#include <chrono>
 #include <string_view>
 
 #include "drivers/common/connection.h"
 #include "drivers/gpiod_lines/input_filter.h"
+#include "drivers/gpiod_lines/now.h"
+#include "drivers/gpiod_lines/polling_chip.h"
 
 namespace rig::drivers::gpiod_lines {
 
@@ -14,13 +15,6 @@ using base::fail;
 using base::pass;
 
 namespace {
-
-// CLOCK_MONOTONIC, as the times of the edges are.
-std::int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 // The chip while it is open, with what was seen of its inputs since then.
 class OpenLines {
@@ -134,7 +128,7 @@ class Lines {
            fmt::format("{}: the chip of lines is back; its outputs are at their levels of start",
                        settings_.chip));
     }
-    return std::make_unique<OpenLines>(settings_, std::move(*chip));
+    return std::make_unique<OpenLines>(settings_, poll_inputs(std::move(*chip), requests_, settings_.poll));
   }
 
   const LinesSettings settings_;

@@ -9,6 +9,7 @@ namespace {
 constexpr std::int64_t kMostLines = 1024;
 constexpr std::int64_t kLongestPulse_us = 20'000;  // a call of rigd waits for it
 constexpr double kLongestDebounce_ms = 1000;
+constexpr std::int64_t kSlowestPoll_ms = 1000;
 constexpr double kNsPerMs = 1e6;
 constexpr std::int64_t kNsPerUs = 1000;
 
@@ -45,7 +46,7 @@ LineSettings read_input(const std::string& name, const base::ConfigTable& table)
   if (bias == "as-is") line.request.bias = Bias::as_is;
   if (bias == "none") line.request.bias = Bias::none;
   if (bias == "pull-down") line.request.bias = Bias::pull_down;
-  line.request.edges = table.choice_or("edges", "both", {"both", "none"}) == "both";
+  line.request.edges = table.choice_or("edges", "told", {"told", "polled"}) == "told";
   line.debounce_ns =
       static_cast<std::int64_t>(table.number_or("debounce_ms", 0, {0, kLongestDebounce_ms}) * kNsPerMs);
   return line;
@@ -91,6 +92,7 @@ LinesSettings read_lines_settings(const base::ConfigTable& settings) {
   if (settings.has("chip") && all.chip.empty()) {
     settings.error("chip", "names no chip of lines", "gpiodetect lists them");
   }
+  all.poll = std::chrono::milliseconds(settings.integer_or("poll_ms", all.poll.count(), 1, kSlowestPoll_ms));
   for (const bool output : {false, true}) {
     const auto table = settings.table_if(output ? "output" : "input");
     if (!table) continue;

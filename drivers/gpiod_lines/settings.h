@@ -1,6 +1,7 @@
 // What rig.toml says of a module's lines.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -22,7 +23,8 @@ struct LineSettings {
 
 struct LinesSettings {
   std::string chip;
-  std::vector<LineSettings> lines;  ///< inputs, then outputs
+  std::chrono::milliseconds poll{10};  ///< between two looks at inputs whose changes the chip does not tell
+  std::vector<LineSettings> lines;     ///< inputs, then outputs
   std::optional<RelayLightSettings> light;
 };
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <condition_variable>
 #include <cstdlib>
 #include <fmt/format.h>
 #include <functional>
@@ -38,6 +39,7 @@ struct Pin {
   bool edges = false;
   std::vector<std::string> queue;  // "1@NS"
   std::vector<LineBoard::Change> changes;
+  int looks = 0;
 
   [[nodiscard]] bool drives() const {
     return output && !(drive == "open-drain" && out_high) && !(drive == "open-source" && !out_high);
@@ -63,6 +65,7 @@ std::vector<std::string> words_of(const std::string& text) {
 struct LineBoard::State {
   fs::path socket;
   std::mutex mutex;
+  std::condition_variable looked;
   std::vector<Pin> pins;
   int listener = -1;
   std::vector<int> users;
@@ -192,7 +195,11 @@ std::string LineBoard::State::answer(int user, const std::string& request) {
   Pin& pin = pins[line];
   if (words[0] == "input" || words[0] == "output") return take(user, pin, words);
   if (pin.owner != user) return error(EPERM);
-  if (words[0] == "get" && words.size() == 2) return pin.active() ? "ok 1" : "ok 0";
+  if (words[0] == "get" && words.size() == 2) {
+    ++pin.looks;
+    looked.notify_all();
+    return pin.active() ? "ok 1" : "ok 0";
+  }
   if (words[0] == "set" && words.size() == 3 && (words[2] == "0" || words[2] == "1")) {
     if (!pin.output) return error(EPERM);
     change(static_cast<unsigned int>(line), [&](Pin& p) { p.out_high = (words[2] == "1") != p.active_low; });
@@ -285,6 +292,13 @@ bool LineBoard::is_output(unsigned int line) {
 bool LineBoard::is_taken(unsigned int line) {
   const std::lock_guard lock(state_->mutex);
   return state_->pins.at(line).owner >= 0;
+}
+
+void LineBoard::await_looks(unsigned int line, int looks) {
+  std::unique_lock lock(state_->mutex);
+  const Pin& pin = state_->pins.at(line);
+  const int until = pin.looks + looks;
+  state_->looked.wait(lock, [&] { return pin.looks >= until; });
 }
 
 std::vector<LineBoard::Change> LineBoard::changes(unsigned int line) {

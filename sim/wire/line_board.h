@@ -39,6 +39,9 @@ class LineBoard {
   [[nodiscard]] bool is_output(unsigned int line);
   [[nodiscard]] bool is_taken(unsigned int line);
 
+  /// Returns when the line's level was asked for so many times from now on.
+  void await_looks(unsigned int line, int looks);
+
   struct Change {
     Time at;
     bool high;

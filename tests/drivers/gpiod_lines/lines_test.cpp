@@ -175,14 +175,27 @@ TEST_F(GpiodLines, WhatIsActiveWhenTheModuleOpensIsActive) {
   EXPECT_TRUE(reads(kAtLimit));  // debounced: nobody knows since when
 }
 
-TEST_F(GpiodLines, AnInputWithoutEdgesTellsItsLevel) {
-  open(fmt::format("chip = 'unix:{}'\n[input.a]\noffset = 0\nedges = 'none'\n", board_.path().string()));
+TEST_F(GpiodLines, AnInputWhoseChangesAreNotToldIsPolled) {
+  open(
+      fmt::format("chip = 'unix:{}'\npoll_ms = 1\n[input.a]\noffset = 0\nedges = 'polled'\n"
+                  "[input.b]\noffset = 1\n[output.c]\noffset = 5\n",
+                  board_.path().string()));
+  EXPECT_FALSE(reads(0));
+  board_.drive(kEmergencyStop, true);
+  board_.await_looks(kEmergencyStop, 2);
+  board_.drive(kEmergencyStop, false);
+  board_.await_looks(kEmergencyStop, 2);
+  EXPECT_TRUE(reads(0));
   EXPECT_FALSE(reads(0));
   board_.drive(kEmergencyStop, true);
   EXPECT_TRUE(reads(0));
-  board_.drive(kEmergencyStop, false);
+  ASSERT_TRUE(lines().set("c", true));
+  EXPECT_TRUE(board_.high(kSpare));
+  board_.cut();
+  EXPECT_EQ(lines().read().error().code, ErrorCode::lost);
+  board_.restore();
+  wait_until_back();
   EXPECT_TRUE(reads(0));
-  EXPECT_FALSE(reads(0));
 }
 
 TEST_F(GpiodLines, TheLightsLookTakesNoPressFromTheLines) {

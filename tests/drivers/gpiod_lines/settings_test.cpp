@@ -42,11 +42,12 @@ TEST(LinesSettings, AnInputIsWiredSoThatABrokenWireReadsActive) {
 TEST(LinesSettings, EveryKeyIsRead) {
   const auto settings = read(R"(
 chip = "/dev/gpiochip1"
+poll_ms = 25
 [input.limit]
 line = "GPIO4"
 active = "low"
 bias = "pull-down"
-edges = "none"
+edges = "polled"
 debounce_ms = 2.5
 [output.lamp]
 offset = 5
@@ -65,6 +66,7 @@ relay = "lamp"
 shutter = "shutter"
 warm_up_s = 300
 )");
+  EXPECT_EQ(settings.poll, std::chrono::milliseconds(25));
   ASSERT_EQ(settings.lines.size(), 4U);
   const LineSettings& limit = settings.lines[0];
   EXPECT_FALSE(limit.request.offset);
