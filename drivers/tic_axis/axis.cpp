@@ -89,6 +89,11 @@ TicAxis::TicAxis(TicSettings tic, ModuleSettings module, base::Clock& clock, Ses
   if (!met) log_(LogLevel::warning, fmt::format("axis {}: {}", tic_.axis.name, met.error().text()));
 }
 
+bool TicAxis::Errand::done(const Variables& now) const {
+  if (turns(now)) return false;
+  return target ? now.position == *target : !now.position_uncertain;
+}
+
 template <typename Use>
 auto TicAxis::with(Use&& use) -> decltype(use(std::declval<Session&>())) {
   heart_.beat();
@@ -174,7 +179,7 @@ Result<void> TicAxis::go_home(Session& session, const Variables& now) {
   // A Tic that does not carry the command out says nothing.
   const bool forward = tic_.homing == Homing::forward;
   if (auto ok = link.write7(Command::go_home, forward ? 1 : 0); !ok) return ok;
-  under_way_ = true;
+  errand_ = Errand{};
   const auto began = [&now](const Variables& v) {
     return v.homing || (now.position_uncertain && !v.position_uncertain);
   };
@@ -254,7 +259,7 @@ Result<void> TicAxis::move_to(double target_rad, double velocity_rad_s, double a
     }
     if (auto ok = send_rates(link, *now, *speed, *accel); !ok) return ok;
     if (auto ok = link.write32(Command::set_target_position, *target); !ok) return ok;
-    under_way_ = true;
+    errand_ = Errand{*target};
     return {};
   });
 }
@@ -295,8 +300,9 @@ Result<void> TicAxis::halt(Link& link) {
 std::string TicAxis::fault_of(const Session& session, const Variables& now) {
   std::string text = session.mismatch();
   const auto add = [&text](const std::string& what) { text += (text.empty() ? "" : "; ") + what; };
-  // A command timeout that passed while nothing was asked of the axis is none of its faults.
-  const std::uint32_t counted = under_way_ ? error::faults : error::faults & ~error::command_timeout;
+  // A command timeout that passed while nothing was asked of the axis stopped nothing, and is no fault.
+  if (errand_ && errand_->done(now)) errand_.reset();
+  const std::uint32_t counted = errand_ ? error::faults : error::faults & ~error::command_timeout;
   const std::uint32_t present = now.error_status & counted;
   if (present != 0) {
     std::string what = error_text(present);
@@ -331,7 +337,7 @@ Result<AxisState> TicAxis::state() {
     state.at_high_limit = tic_.axis.scale.reversed ? now.reverse_limit : now.forward_limit;
     state.at_low_limit = tic_.axis.scale.reversed ? now.forward_limit : now.reverse_limit;
     state.fault = fault_of(session, now);
-    if (!state.moving) under_way_ = false;
+    if (!state.moving) errand_.reset();
     return state;
   });
 }
