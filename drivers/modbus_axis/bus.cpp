@@ -10,7 +10,7 @@ using base::Result;
 
 namespace {
 
-constexpr base::Duration kLostFor = base::seconds(1);
+constexpr base::Duration kLostFor = std::chrono::milliseconds(500);
 // No drive, converter or gateway keeps an answer back for so long.
 constexpr base::Duration kLongestDelay = base::seconds(10);
 // When nobody on the wire has answered so many requests, the adapter may be what hangs: it is opened anew.
@@ -77,12 +77,15 @@ void Bus::note(Peer& peer, const base::Error* error) {
 }
 
 template <typename Send>
-auto Bus::ask(Peer& peer, std::size_t answer_words, Send&& send) -> decltype(send(std::declval<Wire&>())) {
+auto Bus::ask(Peer& peer, std::size_t answer_words, bool clear_first, Send&& send)
+    -> decltype(send(std::declval<Wire&>())) {
   RetryPolicy policy = policy_;
   if (peer.lost) policy.attempts = 1;
   auto answer = with_retries(policy, [&] {
     return connection_.use([&](Wire& wire) -> decltype(send(wire)) {
-      if (auto clear = clear_doubts(wire, peer); !clear) return pass(clear);
+      if (clear_first) {
+        if (auto clear = clear_doubts(wire, peer); !clear) return pass(clear);
+      }
       auto one = send(wire);
       if (!one && leaves_doubt(one.error())) peer.doubts.push_back({answer_words, clock_.now()});
       return one;
@@ -94,18 +97,24 @@ auto Bus::ask(Peer& peer, std::size_t answer_words, Send&& send) -> decltype(sen
 
 Result<std::vector<std::uint16_t>> Bus::read(Peer& peer, const Block& block) {
   if (peer.lost && clock_.now() < peer.ask_again) return tl::unexpected<base::Error>(*peer.lost);
-  return ask(peer, block.count, [&](Wire& wire) { return wire.read(peer.slave, block); });
+  return ask(peer, block.count, true, [&](Wire& wire) { return wire.read(peer.slave, block); });
 }
 
 Result<void> Bus::write(Peer& peer, const Write& write) {
   if (peer.lost && clock_.now() < peer.ask_again) return tl::unexpected<base::Error>(*peer.lost);
-  return ask(peer, 0, [&](Wire& wire) { return wire.write(peer.slave, write, peer.one_word_single); });
+  return ask(peer, 0, true, [&](Wire& wire) { return wire.write(peer.slave, write, peer.one_word_single); });
 }
 
 Result<void> Bus::write_at_once(Peer& peer, const Write& write) {
   const auto send = [&](Wire& wire) { return wire.write(peer.slave, write, peer.one_word_single); };
-  if (!peer.doubts.empty()) (void)connection_.use(send);
-  return ask(peer, 0, send);
+  // The answer to a reading cannot pass for that to a writing. Of those to earlier writings it cannot be said:
+  // then the answer proves nothing, and the stop goes out again when the doubt is cleared.
+  const bool of_a_write = std::any_of(peer.doubts.begin(), peer.doubts.end(),
+                                      [](const Peer::Doubt& doubt) { return doubt.words == 0; });
+  if (!of_a_write) return ask(peer, 0, false, send);
+  const auto sent = connection_.use(send);
+  if (!sent && peer.lost) return tl::unexpected<base::Error>(*peer.lost);
+  return ask(peer, 0, true, send);
 }
 
 }  // namespace rig::drivers::modbus

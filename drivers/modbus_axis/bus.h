@@ -46,7 +46,7 @@ class Bus {
  public:
   Bus(WireSettings settings, RetryPolicy policy, base::Clock& clock);
 
-  /// A drive that does not answer is `lost`, and for a second so is every further request, at once: the
+  /// A drive that does not answer is `lost`, and for half a second so is every further request, at once: the
   /// others on the wire need not wait for it each time. After that one attempt is made, not all.
   [[nodiscard]] base::Result<std::vector<std::uint16_t>> read(Peer& peer, const Block& block);
   [[nodiscard]] base::Result<void> write(Peer& peer, const Write& write);
@@ -58,7 +58,7 @@ class Bus {
 
  private:
   template <typename Send>
-  [[nodiscard]] auto ask(Peer& peer, std::size_t answer_words, Send&& send)
+  [[nodiscard]] auto ask(Peer& peer, std::size_t answer_words, bool clear_first, Send&& send)
       -> decltype(send(std::declval<Wire&>()));
   [[nodiscard]] base::Result<void> clear_doubts(Wire& wire, Peer& peer);
   void note(Peer& peer, const base::Error* error);

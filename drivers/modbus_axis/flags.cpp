@@ -53,16 +53,16 @@ Result<Flag> parse_flag(const std::string& text, const std::vector<std::string>&
     flag.mask = *mask;
     word = next();
   }
+  bool understood = flag.masked;
   if (word == "==" || word == "!=") {
     auto number = parse_number(next(), options);
     if (!number) return pass(number);
     flag.number = *number;
     flag.compare = word == "==" ? Flag::Compare::equal : Flag::Compare::unequal;
+    understood = true;
     word = next();
-  } else if (!flag.masked) {
-    word = "?";
   }
-  if (!word.empty() || at < words.size()) {
+  if (!understood || !word.empty()) {
     return fail(ErrorCode::bad_input, fmt::format("'{}' is not understood", text), {},
                 std::string("it reads ") + kForm);
   }

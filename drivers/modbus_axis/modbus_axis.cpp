@@ -1,6 +1,7 @@
 #include "drivers/modbus_axis/modbus_axis.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace rig::drivers::modbus {
 
@@ -185,8 +186,9 @@ Result<void> ModbusAxis::move_to(double target_rad, double velocity_rad_s, doubl
   const AxisSettings& axis = settings_.axis;
   const auto target = axis.scale.counts(target_rad);
   if (!target) return pass(target);
-  if (!(velocity_rad_s > 0) || !(acceleration_rad_s2 > 0)) {
-    return fail(ErrorCode::bad_input, "velocity and acceleration must be greater than 0", axis.name);
+  if (!(velocity_rad_s > 0) || !(acceleration_rad_s2 > 0) ||
+      !std::isfinite(velocity_rad_s + acceleration_rad_s2)) {
+    return fail(ErrorCode::bad_input, "velocity and acceleration must be numbers greater than 0", axis.name);
   }
   const auto before = ready_to_move();
   if (!before) return pass(before);
