@@ -106,9 +106,9 @@ Result<void> Bus::write(Peer& peer, const Write& write) {
 }
 
 Result<void> Bus::write_at_once(Peer& peer, const Write& write) {
-  const auto send = [&](Wire& wire) { return wire.write(peer.slave, write, peer.one_word_single); };
-  // The answer to a reading cannot pass for that to a writing. Of those to earlier writings it cannot be said:
-  // then the answer proves nothing, and the stop goes out again when the doubt is cleared.
+  const auto send = [&](Wire& wire) { return wire.write(peer.slave, write, peer.one_word_single, true); };
+  // The answer to a reading cannot pass for that to a writing. Of those to earlier writings it cannot be
+  // said: then the answer proves nothing, and the stop goes out again when the doubt is cleared.
   const bool of_a_write = std::any_of(peer.doubts.begin(), peer.doubts.end(),
                                       [](const Peer::Doubt& doubt) { return doubt.words == 0; });
   if (!of_a_write) return ask(peer, 0, false, send);

@@ -6,7 +6,7 @@
 // *in doubt*, and before the next question it is asked one whose answer has another length than all that may
 // yet come. A drive answers in the order in which it was asked, so once that answer is there nothing older
 // can follow; what comes in its place is dropped as garbled, and it is asked again. Writes that must reach
-// the drive at once (stops) are sent without that, and once more after it.
+// the drive at once (stops) are sent without that first.
 #pragma once
 
 #include <optional>

@@ -26,6 +26,8 @@ namespace {
 // How long a line may go on chattering before a request before that is an error.
 constexpr milliseconds kMostNoise{500};
 constexpr milliseconds kLeastConnecting{500};
+// A server that does not send small segments at once holds one back until the last is acknowledged: 40 ms.
+constexpr milliseconds kSlowestSegment{50};
 
 void set_response_timeout(modbus_t* context, milliseconds within) {
   const auto us = std::chrono::duration_cast<microseconds>(within).count();
@@ -103,15 +105,15 @@ Result<void> Wire::set_up() {
   return {};
 }
 
-Result<void> Wire::clear_line() {
+Result<void> Wire::clear_line(microseconds silence) {
   const int fd = modbus_get_socket(context_.get());
   const auto give_up = Steady::now() + kMostNoise;
   while (true) {
-    const auto wait = std::chrono::ceil<milliseconds>(quiet_since_ + settings_.gap - Steady::now());
+    const auto wait = std::chrono::ceil<milliseconds>(quiet_since_ + silence - Steady::now());
     pollfd input{fd, POLLIN, 0};
     const int ready = ::poll(&input, 1, static_cast<int>(std::max(wait, milliseconds(0)).count()));
     if (ready == 0 || (ready < 0 && errno == EINTR)) {
-      if (Steady::now() >= quiet_since_ + settings_.gap) return {};
+      if (Steady::now() >= quiet_since_ + silence) return {};
       continue;
     }
     std::array<char, 512> dropped{};
@@ -151,6 +153,7 @@ tl::unexpected<base::Error> Wire::failed(int code, int slave, const std::string&
     case EMBUNKEXC:
     case EMBMDATA:
     case EMBBADSLAVE:
+      silence_ = std::max<microseconds>(settings_.answer / 2, kSlowestSegment);
       return fail(ErrorCode::damaged, what, where);
     case EMBXILFUN:
     case EMBXILADD:
@@ -165,7 +168,8 @@ tl::unexpected<base::Error> Wire::failed(int code, int slave, const std::string&
 }
 
 Result<std::vector<std::uint16_t>> Wire::read(int slave, const Block& block) {
-  if (auto clear = clear_line(); !clear) return pass(clear);
+  if (auto clear = clear_line(silence_); !clear) return pass(clear);
+  silence_ = settings_.gap;
   modbus_t* context = context_.get();
   modbus_set_slave(context, slave);
   std::vector<std::uint16_t> words(block.count);
@@ -177,8 +181,9 @@ Result<std::vector<std::uint16_t>> Wire::read(int slave, const Block& block) {
   return words;
 }
 
-Result<void> Wire::write(int slave, const Write& write, bool single) {
-  if (auto clear = clear_line(); !clear) return pass(clear);
+Result<void> Wire::write(int slave, const Write& write, bool single, bool at_once) {
+  if (auto clear = clear_line(at_once ? settings_.gap : silence_); !clear) return pass(clear);
+  silence_ = settings_.gap;
   modbus_t* context = context_.get();
   modbus_set_slave(context, slave);
   const int count = static_cast<int>(write.words.size());

@@ -10,6 +10,8 @@
 // is
 //   dropped before every request. Whether an answer that is late belongs to this request RTU cannot say; Bus
 //   has the rule for that. Over TCP libmodbus compares the transaction's number.
+// - After an answer that was not this request's the right one may be on its way: it is given half the time of
+//   an answer to come and be dropped, or each further answer would be one request behind.
 // - Of a serial line it takes any speed that the system lets it set; what was really set is read back.
 #pragma once
 
@@ -52,8 +54,8 @@ class Wire {
   Wire& operator=(const Wire&) = delete;
 
   [[nodiscard]] base::Result<std::vector<std::uint16_t>> read(int slave, const Block& block);
-  /// `single`: a single word with function 06.
-  [[nodiscard]] base::Result<void> write(int slave, const Write& write, bool single);
+  /// `single`: a single word with function 06. `at_once`: without the longer silence after a garbled answer.
+  [[nodiscard]] base::Result<void> write(int slave, const Write& write, bool single, bool at_once = false);
 
  private:
   struct Free {
@@ -62,15 +64,16 @@ class Wire {
   using Context = std::unique_ptr<_modbus, Free>;
 
   Wire(WireSettings settings, Context context)
-      : settings_(std::move(settings)), context_(std::move(context)) {}
+      : settings_(std::move(settings)), context_(std::move(context)), silence_(settings_.gap) {}
   [[nodiscard]] base::Result<void> set_up();
   /// Keeps the silence before a request and drops what came uncalled for.
-  [[nodiscard]] base::Result<void> clear_line();
+  [[nodiscard]] base::Result<void> clear_line(std::chrono::microseconds silence);
   [[nodiscard]] tl::unexpected<base::Error> failed(int code, int slave, const std::string& doing);
 
   const WireSettings settings_;
   const Context context_;
   std::chrono::steady_clock::time_point quiet_since_{};
+  std::chrono::microseconds silence_;  ///< before the next request
 };
 
 }  // namespace rig::drivers::modbus

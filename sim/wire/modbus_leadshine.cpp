@@ -98,11 +98,6 @@ void LeadshineDrive::advance(Time now) {
     doing_ = Doing::nothing;
     return;
   }
-  const double speed = motor_.velocity(now);
-  if ((high_limit_ && speed > 0) || (low_limit_ && speed < 0)) {
-    motor_.put(now, motor_.position(now));
-    doing_ = Doing::nothing;
-  }
   if (doing_ == Doing::nothing || motor_.moving(now)) return;
   const Doing done = std::exchange(doing_, Doing::nothing);
   if (done == Doing::homing) {
@@ -258,8 +253,14 @@ int LeadshineDrive::stops_seen() {
 
 void LeadshineDrive::set_limit(bool high, bool active) {
   const std::lock_guard lock(mutex_);
+  const Time now = std::chrono::steady_clock::now();
+  advance(now);
   (high ? high_limit_ : low_limit_) = active;
-  advance(std::chrono::steady_clock::now());
+  // A motion that would start into a pressed switch is not begun.
+  const double speed = motor_.velocity(now);
+  if (!active || (high ? speed <= 0 : speed >= 0)) return;
+  motor_.put(now, motor_.position(now));
+  doing_ = Doing::nothing;
 }
 
 void LeadshineDrive::set_alarm_cause(bool on) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cerrno>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <system_error>
@@ -206,7 +207,13 @@ class TcpLine final : public ModbusTcpLine {
     address.sin_port = htons(static_cast<std::uint16_t>(port_));
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     socklen_t size = sizeof(address);
-    if (::bind(listener_, reinterpret_cast<sockaddr*>(&address), size) != 0 || ::listen(listener_, 4) != 0 ||
+    // The port stays taken for a moment where the other thread still waits on the listener that was closed.
+    int bound = -1;
+    for (int i = 0; bound != 0 && i < 100; ++i) {
+      bound = ::bind(listener_, reinterpret_cast<sockaddr*>(&address), size);
+      if (bound != 0) std::this_thread::sleep_for(milliseconds(5));
+    }
+    if (bound != 0 || ::listen(listener_, 4) != 0 ||
         ::getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
       throw std::system_error(errno, std::generic_category(), "the Modbus server's port");
     }
@@ -244,6 +251,8 @@ class TcpLine final : public ModbusTcpLine {
     if (wait[0].revents != 0 && listener_ >= 0) {
       const int fresh = ::accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
       if (fresh >= 0) {
+        const int on = 1;
+        ::setsockopt(fresh, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
         close_client();
         client_ = fresh;
       }

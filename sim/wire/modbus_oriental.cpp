@@ -24,7 +24,7 @@ constexpr std::uint16_t kOutMove = 1U << 13, kOutInPosition = 1U << 14;
 
 constexpr std::uint32_t kOverload = 0x30, kHomingIncomplete = 0x4A, kOperationData = 0x70;
 constexpr std::int32_t kAbsolute = 1, kRelative = 2;
-constexpr double kHomingSpeed = 20000, kHomingRate = 200000;
+constexpr double kHomingSpeed = 50000, kHomingRate = 500000;
 constexpr std::uint32_t kDegrees31 = 310, kDegrees42 = 425;  // tenths
 
 }  // namespace
@@ -89,11 +89,6 @@ void OrientalDrive::advance(Time now) {
     motor_.put(now, motor_.position(now));
     homing_ = false;
     return;
-  }
-  const double speed = motor_.velocity(now);
-  if ((high_limit_ && speed > 0) || (low_limit_ && speed < 0)) {
-    motor_.put(now, motor_.position(now));
-    homing_ = false;
   }
   if (homing_ && !motor_.moving(now)) {
     homing_ = false;
@@ -231,8 +226,14 @@ int OrientalDrive::stops_seen() {
 
 void OrientalDrive::set_limit(bool high, bool active) {
   const std::lock_guard lock(mutex_);
+  const Time now = std::chrono::steady_clock::now();
+  advance(now);
   (high ? high_limit_ : low_limit_) = active;
-  advance(std::chrono::steady_clock::now());
+  // A motion that would start into a pressed switch is not begun.
+  const double speed = motor_.velocity(now);
+  if (!active || (high ? speed <= 0 : speed >= 0)) return;
+  motor_.put(now, motor_.position(now));
+  homing_ = false;
 }
 
 void OrientalDrive::set_alarm_cause(bool on) {

@@ -47,7 +47,8 @@ class LineWire final : public conformance::Wire {
 
 class DrivePeer final : public conformance::AxisPeer {
  public:
-  DrivePeer(ModbusDrive& drive, bool reversed) : drive_(drive), reversed_(reversed) {}
+  DrivePeer(ModbusDrive& drive, bool reversed, bool absolute)
+      : drive_(drive), reversed_(reversed), absolute_(absolute) {}
   [[nodiscard]] double position_rad() override {
     return base::radians(drive_.position() / kCountsPerDeg) * (reversed_ ? -1 : 1);
   }
@@ -62,18 +63,19 @@ class DrivePeer final : public conformance::AxisPeer {
     return true;
   }
   bool forget_reference() override {
-    drive_.power_cycle();
-    return true;
+    // An absolute sensor knows it after a power cycle, too.
+    if (!absolute_) drive_.power_cycle();
+    return !absolute_;
   }
 
  private:
   ModbusDrive& drive_;
-  const bool reversed_;
+  const bool reversed_, absolute_;
 };
 
 struct Bench final : conformance::Bench {
-  Bench(std::string bench_name, std::unique_ptr<ModbusDrive> bench_drive, bool reversed)
-      : name_(std::move(bench_name)), drive(std::move(bench_drive)), peer(*drive, reversed) {}
+  Bench(std::string bench_name, std::unique_ptr<ModbusDrive> bench_drive, bool reversed, bool absolute)
+      : name_(std::move(bench_name)), drive(std::move(bench_drive)), peer(*drive, reversed, absolute) {}
 
   [[nodiscard]] std::string name() const override { return name_; }
   [[nodiscard]] base::Clock& clock() override { return *clock_; }
@@ -86,12 +88,17 @@ struct Bench final : conformance::Bench {
   [[nodiscard]] conformance::Wire& wire() override { return *wire_; }
   [[nodiscard]] std::optional<AxisUnderTest> axis() override {
     const double low = base::radians(low_deg);
-    return AxisUnderTest{"pan", &peer, low, low + base::radians(60), base::radians(60), base::radians(300),
+    return AxisUnderTest{"pan",
+                         &peer,
+                         low,
+                         low + base::radians(60),
+                         base::radians(120),
+                         base::radians(1000),
                          milliseconds(150)};
   }
   void put_on(std::unique_ptr<ModbusLine> made) {
     line = std::move(made);
-    line->set_lateness(milliseconds(90));
+    line->set_lateness(milliseconds(140));
     wire_ = std::make_unique<LineWire>(*line);
   }
 
@@ -110,16 +117,15 @@ struct Bench final : conformance::Bench {
 
 std::unique_ptr<conformance::Bench> make_rtu_bench() {
   using sim::wire::LeadshineDrive;
-  auto drive = std::make_unique<LeadshineDrive>(
-      LeadshineDrive::Setup{kHome, {-kTravel, kTravel}, milliseconds(15)});
-  auto bench = std::make_unique<Bench>("modbus_axis", std::move(drive), false);
+  auto drive =
+      std::make_unique<LeadshineDrive>(LeadshineDrive::Setup{kHome, {-kTravel, kTravel}, milliseconds(15)});
+  auto bench = std::make_unique<Bench>("modbus_axis", std::move(drive), false, false);
   bench->put_on(sim::wire::make_rtu_line(bench->folder / "line", std::chrono::microseconds(1750),
                                          {{1, bench->drive.get()}}));
-  bench->settings = fmt::format("port = \"{}\"\nprofile = \"leadshine_pr\"\nanswer_ms = 60\n{}",
-                                (bench->folder / "line").string(),
-                                axis_settings("pan", 1, R"(
+  bench->settings = fmt::format("port = \"{}\"\nprofile = \"leadshine_pr\"\nanswer_ms = 100\n{}",
+                                (bench->folder / "line").string(), axis_settings("pan", 1, R"(
 [axis.pan.drive]
-home_rpm = 120
+home_rpm = 300
 low_limit_mask = 0x0008
 high_limit_mask = 0x0004
 )"));
@@ -130,14 +136,14 @@ std::unique_ptr<conformance::Bench> make_tcp_bench() {
   using sim::wire::OrientalDrive;
   auto drive = std::make_unique<OrientalDrive>(
       OrientalDrive::Setup{kHome, {-kTravel, kTravel}, milliseconds(15), true});
-  auto bench = std::make_unique<Bench>("modbus_axis_tcp", std::move(drive), true);
+  auto bench = std::make_unique<Bench>("modbus_axis_tcp", std::move(drive), true, true);
   auto line = sim::wire::make_tcp_line({{5, bench->drive.get()}});
   const int port = line->port();
   bench->put_on(std::move(line));
   bench->low_deg = -50;
-  bench->settings = fmt::format(
-      "host = \"127.0.0.1\"\ntcp_port = {}\nprofile = \"oriental_az\"\nanswer_ms = 60\n{}", port,
-      axis_settings("pan", 5, R"(
+  bench->settings =
+      fmt::format("host = \"127.0.0.1\"\ntcp_port = {}\nprofile = \"oriental_az\"\nanswer_ms = 100\n{}", port,
+                  axis_settings("pan", 5, R"(
 reversed = true
 [axis.pan.drive]
 high_limit_mask = 0x0200

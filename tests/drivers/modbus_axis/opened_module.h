@@ -29,8 +29,8 @@ inline std::string axis_settings(const std::string& name, int slave, const std::
 [axis.{}]
 slave = {}
 counts_per_deg = 1000
-max_velocity_deg_s = 60
-max_acceleration_deg_s2 = 300
+max_velocity_deg_s = 120
+max_acceleration_deg_s2 = 1000
 {})",
                      name, slave, more);
 }
