@@ -62,6 +62,25 @@ TEST(Motor, NeverFasterThanAllowedAndNeverBeyondItsTarget) {
   EXPECT_EQ(motor.position(at(4)), 777);
 }
 
+TEST(Motor, NeverGoesBeyondItsTargetWhateverItsSpeeds) {
+  for (const double acceleration : {100.0, 900.0, 4667.0, 4e5}) {
+    for (const double speed : {100.0, 1166.0, 20000.0}) {
+      for (const double target : {1.0, -7.0, 486.0, -6180.0}) {
+        Motor motor(0, kWide);
+        motor.move_to(at(0), target, speed, acceleration);
+        double beyond = 0;
+        double t = 0;
+        while (motor.moving(at(t)) && t < 5000) {
+          beyond = std::max(beyond, (motor.position(at(t)) - target) * (target > 0 ? 1 : -1));
+          t += 0.3e-3;
+        }
+        EXPECT_LT(beyond, 1e-6) << target << " at " << speed << ", " << acceleration;
+        EXPECT_EQ(motor.position(at(t)), target);
+      }
+    }
+  }
+}
+
 TEST(Motor, HowOftenItIsLookedAtMakesNoDifference) {
   Motor often(0, kWide);
   Motor seldom(0, kWide);
