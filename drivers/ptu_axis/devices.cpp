@@ -30,38 +30,56 @@ class Unit {
   Result<void> open() {
     constexpr milliseconds kWait{20};
     while (true) {
-      const auto done = use([&](Session& session) { return session.progress(kWait); });
+      const auto done = set_up(kWait);
       if (!done) return pass(done);
       if (*done) break;
       std::this_thread::sleep_for(milliseconds(1));
     }
-    for (std::size_t i = 0; i < settings_.axes.size(); ++i) {
-      const auto can =
-          use([&](Session& session) -> Result<AxisCapabilities> { return session.capabilities(i); });
-      if (!can) return pass(can);
-      capabilities_.push_back(*can);
-    }
+    Session& session = **connection_.get();
+    for (std::size_t i = 0; i < settings_.axes.size(); ++i) capabilities_.push_back(session.capabilities(i));
     return {};
   }
 
+  // With the session once it is set up, a part of which is done at each call; until then the unit is lost.
   template <typename Use>
   auto use(Use&& use) -> decltype(use(std::declval<Session&>())) {
-    const int before = connection_.times_opened();
-    auto answer = connection_.use(use);
-    if (before > 0 && connection_.times_opened() > before) {
-      log_(base::LogLevel::warning,
-           fmt::format("{}: the pan-tilt unit is spoken to anew; it has to be homed again",
-                       settings_.serial.path));
+    const auto ready = set_up(milliseconds(0));
+    if (!ready) return pass(ready);
+    if (!*ready) return fail(ErrorCode::lost, "the pan-tilt unit is being set up", settings_.serial.path);
+    return connection_.use(use);
+  }
+
+  Result<void> stop(std::size_t axis) {
+    const auto session = connection_.get();
+    if (!session) return pass(session);
+    if ((*session)->is_set_up()) return connection_.use([&](Session& s) { return s.stop(axis); });
+    if (auto ok = (*session)->shout_halt(); !ok) {
+      connection_.close();
+      return ok;
     }
-    // One that could not be set up begins anew.
-    if (!answer && connection_.is_open() && !(*connection_.get())->is_set_up()) connection_.close();
-    return answer;
+    return fail(ErrorCode::lost, "the pan-tilt unit is being set up; it was told to halt",
+                settings_.serial.path);
   }
 
   [[nodiscard]] const AxisCapabilities& capabilities(std::size_t axis) const { return capabilities_[axis]; }
   [[nodiscard]] const Settings& settings() const { return settings_; }
 
  private:
+  // True: it is set up. One that cannot be begins anew with the next call.
+  Result<bool> set_up(milliseconds wait) {
+    auto session = connection_.get();
+    if (!session) return pass(session);
+    if ((*session)->is_set_up()) return true;
+    auto done = (*session)->progress(wait);
+    if (!done) {
+      connection_.close();
+    } else if (*done && connection_.times_opened() > 1) {
+      log_(base::LogLevel::warning,
+           fmt::format("{}: the pan-tilt unit is back; it has to be homed", settings_.serial.path));
+    }
+    return done;
+  }
+
   Result<std::unique_ptr<Session>> connect() {
     auto line = SerialLine::open(settings_.serial);
     if (!line) return pass(line);
@@ -92,9 +110,7 @@ class UnitsAxis final : public Axis {
     return unit_->use(
         [&](Session& session) { return session.move_to(index_, target_rad, velocity, acceleration); });
   }
-  [[nodiscard]] Result<void> stop() override {
-    return unit_->use([&](Session& session) { return session.stop(index_); });
-  }
+  [[nodiscard]] Result<void> stop() override { return unit_->stop(index_); }
   [[nodiscard]] Result<AxisState> state() override {
     return unit_->use([&](Session& session) { return session.state(index_); });
   }

@@ -26,10 +26,15 @@ std::string printable(std::string_view text) {
   return text.size() > kShown ? out + "..." : out;
 }
 
+bool is_resolution(std::string_view command) {
+  return command == "PR" || command == "TR";
+}
+
 bool is_echo_of(std::string_view before, std::string_view command) {
-  return std::equal(before.begin(), before.end(), command.begin(), command.end(), [](char a, char b) {
-    return std::toupper(static_cast<unsigned char>(a)) == std::toupper(static_cast<unsigned char>(b));
-  });
+  return !before.empty() &&
+         std::equal(before.begin(), before.end(), command.begin(), command.end(), [](char a, char b) {
+           return std::toupper(static_cast<unsigned char>(a)) == std::toupper(static_cast<unsigned char>(b));
+         });
 }
 
 }  // namespace
@@ -49,6 +54,10 @@ tl::unexpected<base::Error> Link::garbled(std::string_view command, std::string_
               path(), "look at the cable, its shield and the baud rate");
 }
 
+tl::unexpected<base::Error> Link::restarted() const {
+  return fail(ErrorCode::lost, "the pan-tilt unit has been switched off and on", path());
+}
+
 tl::unexpected<base::Error> Link::refusal(std::string_view command, const Reply& reply) const {
   return fail(ErrorCode::device,
               fmt::format("the pan-tilt unit refuses '{}': {}", command, printable(reply.text)), path());
@@ -60,9 +69,6 @@ Result<void> Link::write(std::string_view command) {
 
 // The next answer; what is none is noted on the way. Nothing: none came by the deadline.
 Result<std::optional<Reply>> Link::next(std::string_view command, Time deadline) {
-  const auto restarted = [&] {
-    return fail(ErrorCode::lost, "the pan-tilt unit has been switched off and on", path());
-  };
   while (true) {
     auto reply = stream_.next(deadline);
     if (!reply || !*reply) return reply;
@@ -81,10 +87,7 @@ Result<std::optional<Reply>> Link::next(std::string_view command, Time deadline)
       case Reply::Kind::error:
         break;
     }
-    if (terse_ && !(*reply)->before.empty()) {
-      if (is_echo_of((*reply)->before, command)) return restarted();
-      return garbled(command, (*reply)->before);
-    }
+    if (terse_ && is_echo_of((*reply)->before, command)) return restarted();
     return reply;
   }
 }
@@ -125,10 +128,12 @@ Result<Reply> Link::exchange(std::string_view command, Time deadline) {
     auto reply = next(command, deadline);
     if (!reply) return pass(reply);
     if (!*reply) break;
-    // A marker's reply that came late. One that looks like a position may be one.
+    // A marker's reply that came late; but one that looks like a position may be one.
     const bool marker =
-        !marker_.empty() && (*reply)->text == marker_ && marker_.find('.') != std::string::npos;
-    if (marker && command != marker_query_) continue;
+        !is_resolution(command) && (*reply)->text == marker_ && marker_.find('.') != std::string::npos;
+    if (marker) continue;
+    // Half an answer, or noise: what follows it need not be whole.
+    if (terse_ && !(*reply)->before.empty()) return garbled(command, (*reply)->before);
     return std::move(**reply);
   } while (std::chrono::steady_clock::now() < deadline);
   return silence(command);
@@ -139,11 +144,9 @@ Result<double> Link::number(std::string_view query) {
     auto reply = exchange(query, answer_by());
     if (!reply) return pass(reply);
     if (reply->kind == Reply::Kind::error) return refusal(query, *reply);
+    if (terse_ && is_wordy(reply->text)) return restarted();
     const auto number = number_in(reply->text);
-    if (!number) return garbled(query, reply->text);
-    if (terse_ && !is_terse(reply->text)) {
-      return fail(ErrorCode::lost, "the pan-tilt unit has been switched off and on", path());
-    }
+    if (!number || (terse_ && !is_terse(reply->text))) return garbled(query, reply->text);
     return *number;
   });
 }

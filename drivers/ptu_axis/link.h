@@ -59,6 +59,7 @@ class Link {
   [[nodiscard]] base::Result<void> order_once(std::string_view command, Time deadline);
   [[nodiscard]] tl::unexpected<base::Error> silence(std::string_view command);
   [[nodiscard]] tl::unexpected<base::Error> garbled(std::string_view command, std::string_view reply);
+  [[nodiscard]] tl::unexpected<base::Error> restarted() const;
   [[nodiscard]] tl::unexpected<base::Error> refusal(std::string_view command, const Reply& reply) const;
 
   ReplyStream<ReplyReader> stream_;

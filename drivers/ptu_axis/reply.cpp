@@ -85,7 +85,9 @@ std::optional<Reply> ReplyReader::next() {
       rest_.erase(0, line.size());
       return Reply{Reply::Kind::noise, line, {}};
     }
-    const std::size_t mark = line.find_first_of("*!");
+    // Behind noise that has no end of its own the last one is whole.
+    const std::size_t star = line.rfind('*');
+    const std::size_t mark = star != std::string::npos ? star : line.find('!');
     if (mark != std::string::npos && line[mark] == '!' && !is_banner(line)) {
       // A limit behind an echo: what is left of the line is looked at again.
       rest_.erase(0, mark);
@@ -110,7 +112,12 @@ std::optional<double> number_in(std::string_view text) {
 }
 
 bool is_terse(std::string_view text) {
-  return !text.empty() && !is_letter(text.front());
+  const auto found = find_number(text);
+  return found && found->behind.empty() && !is_letter(text.front());
+}
+
+bool is_wordy(std::string_view text) {
+  return !text.empty() && is_letter(text.front()) && holds(text, " IS ");
 }
 
 std::optional<double> temperature_c_in(std::string_view text) {

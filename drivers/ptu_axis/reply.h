@@ -39,8 +39,10 @@ class ReplyReader {
 /// position".
 [[nodiscard]] std::optional<double> number_in(std::string_view text);
 
-/// A reply to a query of a number is nothing but the number, as after FT.
+/// A reply to a query is nothing but the number, as after FT.
 [[nodiscard]] bool is_terse(std::string_view text);
+/// It is a sentence, as before FT: "Current Pan position is -2500".
+[[nodiscard]] bool is_wordy(std::string_view text);
 
 /// The temperature in "Input 30 VDC @ 86 degF", in degrees Celsius; nothing where it says none.
 [[nodiscard]] std::optional<double> temperature_c_in(std::string_view text);

@@ -82,9 +82,6 @@ AxisCapabilities Session::capabilities(std::size_t index) const {
 Result<void> Session::ready_for(const Axis& axis, std::string_view what) {
   const auto done = progress(milliseconds(0));
   if (!done) return pass(done);
-  if (phase_ == Phase::setting_up) {
-    return fail(ErrorCode::lost, "the pan-tilt unit is being set up", link_.path());
-  }
   if (*done) return {};
   return fail(ErrorCode::busy,
               fmt::format("axis {} cannot {} while the unit {}", axis.settings.axis.name, what,
@@ -128,7 +125,8 @@ Result<void> Session::look(Axis& axis) {
       break;
   }
   axis.position = here;
-  if (link_.take_limit(axis.settings.letter)) hit_end_stop(axis);
+  // One hit before, while the unit was reset, means nothing.
+  if (link_.take_limit(axis.settings.letter) && phase_ == Phase::ready) hit_end_stop(axis);
   return {};
 }
 
@@ -174,9 +172,6 @@ Result<AxisState> Session::state(std::size_t index) {
   Axis& axis = axes_[index];
   const auto done = progress(milliseconds(0));
   if (!done) return pass(done);
-  if (phase_ == Phase::setting_up) {
-    return fail(ErrorCode::lost, "the pan-tilt unit is being set up", link_.path());
-  }
   // It hears nothing now. What cannot be proven to stand counts as moving.
   if (!*done) return believed(axis, true);
   if (auto ok = look(axis); !ok) return pass(ok);
@@ -352,9 +347,11 @@ Result<void> Session::stop(std::size_t index) {
   }
   // It may hear nothing before it is through; then its reply shows that it is.
   stopped_ = true;
-  if (auto ok = link_.shout("H"); !ok) return ok;
-  if (phase_ != Phase::setting_up) return {};
-  return fail(ErrorCode::lost, "the pan-tilt unit is being set up; it was told to halt", link_.path());
+  return shout_halt();
+}
+
+Result<void> Session::shout_halt() {
+  return link_.shout("H");
 }
 
 }  // namespace rig::drivers::ptu

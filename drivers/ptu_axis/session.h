@@ -28,7 +28,10 @@ class Session {
   /// of being set up, and then of the session.
   [[nodiscard]] base::Result<bool> progress(std::chrono::milliseconds wait);
   [[nodiscard]] bool is_set_up() const { return phase_ != Phase::setting_up; }
+  /// Tells the unit to halt and waits for nothing; for one that is not set up.
+  [[nodiscard]] base::Result<void> shout_halt();
 
+  /// The following ones are for a unit that is set up.
   [[nodiscard]] AxisCapabilities capabilities(std::size_t axis) const;
   [[nodiscard]] base::Result<void> enable(std::size_t axis, bool on);
   [[nodiscard]] base::Result<void> home(std::size_t axis);
@@ -76,7 +79,7 @@ class Session {
   void add_base(Axis& axis, int is);
   void add_acceleration(Axis& axis, int wanted);
   [[nodiscard]] base::Result<void> take_resolution(std::size_t axis, double arcsec);
-  [[nodiscard]] base::Result<Steps::Is> take_marker();
+  [[nodiscard]] base::Result<Steps::Is> ask_resolution(std::size_t axis);
 
   // session.cpp
   [[nodiscard]] base::Result<void> ready_for(const Axis& axis, std::string_view what);
@@ -99,8 +102,8 @@ class Session {
   bool stopped_ = false;           ///< what is under way was stopped
   std::chrono::milliseconds wait_{0};
   base::Time awaited_until_{};
-  std::string last_resolution_;
-  int same_resolutions_ = 0, resolutions_asked_ = 0;
+  std::string marker_, last_resolution_;
+  int resolutions_asked_ = 0;
   bool tells_temperature_ = true;
   std::optional<double> temperature_c_;
   base::Time temperature_at_{};

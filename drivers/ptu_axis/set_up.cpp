@@ -128,23 +128,25 @@ Result<void> Session::take_resolution(std::size_t index, double arcsec) {
   return {};
 }
 
-// The first axis' resolution is what the link finds its way by. It is believed once it was answered twice on
-// end: before, the replies to what an earlier connection asked may still be coming.
-Result<Is> Session::take_marker() {
+// Believed once it was answered twice on end: the replies to what an earlier connection asked may still be
+// coming. The first axis' resolution is what the link finds its way by.
+Result<Is> Session::ask_resolution(std::size_t index) {
   constexpr int kTries = 8;
-  const std::string query = axis_command(axes_.front(), "R");
+  const std::string query = axis_command(axes_[index], "R");
   const auto text = link_.text(query);
   if (!text) return pass(text);
   const auto arcsec = number_in(*text);
-  same_resolutions_ = *text == last_resolution_ ? same_resolutions_ + 1 : 1;
+  const bool again = *text == last_resolution_;
   last_resolution_ = *text;
-  if (!arcsec || !is_terse(*text) || same_resolutions_ < 2) {
+  if (!arcsec || !is_terse(*text) || !again) {
     if (++resolutions_asked_ < kTries) return Is::waiting;
     return fail(ErrorCode::device, fmt::format("the pan-tilt unit answers '{}' with '{}'", query, *text),
                 link_.path());
   }
-  if (auto ok = take_resolution(0, *arcsec); !ok) return pass(ok);
-  link_.set_marker(query, *text);
+  last_resolution_.clear();
+  resolutions_asked_ = 0;
+  if (index == 0) marker_ = *text;
+  if (auto ok = take_resolution(index, *arcsec); !ok) return pass(ok);
   return Is::done;
 }
 
@@ -157,11 +159,11 @@ void Session::plan_set_up() {
     return Is::done;
   });
   for (const char* command : {"H", "ED", "FT"}) add_order(command);
-  steps_.add([this] { return take_marker(); });
-  for (std::size_t i = 1; i < axes_.size(); ++i) {
-    add_number(axis_command(axes_[i], "R"), [this, i](double arcsec) { return take_resolution(i, arcsec); });
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    steps_.add([this, i] { return ask_resolution(i); });
   }
   steps_.add([this]() -> Result<Is> {
+    link_.set_marker(axis_command(axes_.front(), "R"), marker_);
     link_.expect_terse();
     return Is::done;
   });

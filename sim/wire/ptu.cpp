@@ -16,6 +16,7 @@ constexpr std::array kLetter{'P', 'T'};
 constexpr std::array kWord{"Pan", "Tilt"};
 // What waits to be read while the unit is deaf; the rest is not kept.
 constexpr std::size_t kInputBuffer = 128;
+constexpr std::ptrdiff_t kMostHeard = 1000;
 constexpr double kResetAcceleration = 4e5;
 
 std::optional<int> whole_number(std::string_view text) {
@@ -288,6 +289,7 @@ void Ptu::number(Time now, const std::string& words, const std::string& value, c
 
 void Ptu::command(Time now, const std::string& text) {
   heard_.push_back(text);
+  if (std::ssize(heard_) > kMostHeard) heard_.erase(heard_.begin(), heard_.begin() + kMostHeard / 2);
   const auto letter = std::find(kLetter.begin(), kLetter.end(), text[0]);
   if (letter == kLetter.end()) return general(now, text);
   const auto axis = static_cast<std::size_t>(letter - kLetter.begin());

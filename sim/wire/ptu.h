@@ -67,8 +67,8 @@ class Ptu {
   /// The truth, and what has arrived.
   [[nodiscard]] double position(std::size_t axis);  ///< of the mechanics, positions from the middle
   [[nodiscard]] bool moving(std::size_t axis);
-  [[nodiscard]] int halts(std::size_t axis);  ///< commands to halt this axis so far
-  [[nodiscard]] std::vector<std::string> heard();
+  [[nodiscard]] int halts(std::size_t axis);       ///< commands to halt this axis so far
+  [[nodiscard]] std::vector<std::string> heard();  ///< the last commands, several hundred of them
   void forget_heard();
 
  private:
