@@ -89,10 +89,19 @@ TicAxis::TicAxis(TicSettings tic, ModuleSettings module, base::Clock& clock, Ses
   if (!met) log_(LogLevel::warning, fmt::format("axis {}: {}", tic_.axis.name, met.error().text()));
 }
 
+bool TicAxis::Errand::done(const Variables& now) const {
+  if (turns(now)) return false;
+  return target ? now.position == *target : !now.position_uncertain;
+}
+
 template <typename Use>
 auto TicAxis::with(Use&& use) -> decltype(use(std::declval<Session&>())) {
   heart_.beat();
-  const auto session = connection_.get();
+  auto session = connection_.get();
+  if (session && !(*session)->mismatch().empty() && (*session)->is_mended(tic_)) {
+    connection_.close();
+    session = connection_.get();
+  }
   if (!session) return pass(session);
   const Settings& settings = (*session)->settings();
   has_switches_ = settings.forward_limit_pins != 0 || settings.reverse_limit_pins != 0;
@@ -161,10 +170,14 @@ Result<void> TicAxis::send_rates(Link& link, const Variables& now, std::uint32_t
   return link.write32(Command::set_max_speed, speed);
 }
 
-Result<void> TicAxis::go_home(Session& session, const Variables& now) {
+Result<void> TicAxis::go_home(Session& session, const Variables& found) {
   Link& link = session.link();
   const std::string& where = link.identity().where;
-  if (!now.runs()) return not_running(now, where);
+  if (!found.runs()) return not_running(found, where);
+  const auto ready =
+      read_until(link, kStartsWithin, [](const Variables& v) { return v.operation == Operation::normal; });
+  if (!ready) return pass(ready);
+  const Variables& now = *ready;
   // The speed of the last move would bound the homing's own.
   const auto speed = tic_speed(tic_.axis.scale, tic_.axis.max_velocity_rad_s);
   if (!speed) return pass(speed);
@@ -174,7 +187,7 @@ Result<void> TicAxis::go_home(Session& session, const Variables& now) {
   // A Tic that does not carry the command out says nothing.
   const bool forward = tic_.homing == Homing::forward;
   if (auto ok = link.write7(Command::go_home, forward ? 1 : 0); !ok) return ok;
-  under_way_ = true;
+  errand_ = Errand{};
   const auto began = [&now](const Variables& v) {
     return v.homing || (now.position_uncertain && !v.position_uncertain);
   };
@@ -238,7 +251,7 @@ Result<void> TicAxis::move_to(double target_rad, double velocity_rad_s, double a
     if (!now) return pass(now);
     if (auto ok = acknowledge(link, *now); !ok) return ok;
     if (now->homing)
-      return fail(ErrorCode::refused, "the axis is being homed", where, "wait for its end, or stop it");
+      return fail(ErrorCode::busy, "the axis is being homed", where, "wait for its end, or stop it");
     if (now->position_uncertain)
       return fail(ErrorCode::refused, "the axis is not homed", where, "home it first");
     if (!now->runs()) return not_running(*now, where);
@@ -254,7 +267,7 @@ Result<void> TicAxis::move_to(double target_rad, double velocity_rad_s, double a
     }
     if (auto ok = send_rates(link, *now, *speed, *accel); !ok) return ok;
     if (auto ok = link.write32(Command::set_target_position, *target); !ok) return ok;
-    under_way_ = true;
+    errand_ = Errand{*target};
     return {};
   });
 }
@@ -295,8 +308,9 @@ Result<void> TicAxis::halt(Link& link) {
 std::string TicAxis::fault_of(const Session& session, const Variables& now) {
   std::string text = session.mismatch();
   const auto add = [&text](const std::string& what) { text += (text.empty() ? "" : "; ") + what; };
-  // A command timeout that passed while nothing was asked of the axis is none of its faults.
-  const std::uint32_t counted = under_way_ ? error::faults : error::faults & ~error::command_timeout;
+  // A command timeout that passed while nothing was asked of the axis stopped nothing, and is no fault.
+  if (errand_ && errand_->done(now)) errand_.reset();
+  const std::uint32_t counted = errand_ ? error::faults : error::faults & ~error::command_timeout;
   const std::uint32_t present = now.error_status & counted;
   if (present != 0) {
     std::string what = error_text(present);
@@ -331,7 +345,7 @@ Result<AxisState> TicAxis::state() {
     state.at_high_limit = tic_.axis.scale.reversed ? now.reverse_limit : now.forward_limit;
     state.at_low_limit = tic_.axis.scale.reversed ? now.forward_limit : now.reverse_limit;
     state.fault = fault_of(session, now);
-    if (!state.moving) under_way_ = false;
+    if (!state.moving) errand_.reset();
     return state;
   });
 }

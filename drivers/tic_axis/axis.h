@@ -32,6 +32,11 @@ class TicAxis final : public Axis {
   [[nodiscard]] base::Result<AxisState> state() override;
 
  private:
+  struct Errand {
+    std::optional<std::int32_t> target;  ///< counts; nothing: home
+    [[nodiscard]] bool done(const Variables& now) const;
+  };
+
   /// `use` with a session, as something that a call did.
   template <typename Use>
   auto with(Use&& use) -> decltype(use(std::declval<Session&>()));
@@ -39,7 +44,7 @@ class TicAxis final : public Axis {
   [[nodiscard]] base::Result<void> acknowledge(Link& link, const Variables& now);
   [[nodiscard]] base::Result<void> halt(Link& link);
   [[nodiscard]] base::Result<void> let_go(Link& link);
-  [[nodiscard]] base::Result<void> go_home(Session& session, const Variables& now);
+  [[nodiscard]] base::Result<void> go_home(Session& session, const Variables& found);
   [[nodiscard]] base::Result<void> set_here(Session& session, const Variables& now);
   [[nodiscard]] base::Result<void> send_rates(Link& link, const Variables& now, std::uint32_t speed,
                                               std::uint32_t accel);
@@ -51,9 +56,8 @@ class TicAxis final : public Axis {
   Heartbeat heart_;
   Connection<Session> connection_;
   bool has_switches_ = false;
-  // What this driver last set going was not seen at rest since. Says whether an expired command timeout
-  // stopped something, or passed while nothing was asked of the axis.
-  bool under_way_ = false;
+  // What was last set going and is not known to have ended.
+  std::optional<Errand> errand_;
   // Errors that occurred and are over, told until the next command.
   std::uint32_t untold_ = 0;
 };

@@ -1,5 +1,7 @@
 #include "drivers/tic_axis/link.h"
 
+#include <algorithm>
+
 namespace rig::drivers::tic {
 
 using base::ErrorCode;
@@ -11,6 +13,8 @@ using Bytes = std::vector<std::uint8_t>;
 namespace {
 
 constexpr std::uint8_t kVendorOut = 0x40, kVendorIn = 0xC0;
+// A Tic answers within a millisecond or two.
+constexpr std::chrono::milliseconds kAtOnce{50};
 constexpr std::uint16_t kErrorsOccurredAt = 0x04, kErrorsOccurredBytes = 4;
 
 // Says of which command an error came.
@@ -25,14 +29,14 @@ Result<T> naming(Command command, Result<T> answer) {
 Result<void> Link::out(Command command, std::uint16_t value, std::uint16_t index, const RetryPolicy& policy) {
   const ControlRequest request{kVendorOut, static_cast<std::uint8_t>(command), value, index};
   return naming(command, with_retries(policy, [&] {
-                  const std::lock_guard lock(mutex_);
+                  const std::lock_guard lock(turn_);
                   return noting(transport_->control_out(request, policy.answer));
                 }));
 }
 
 Result<Bytes> Link::in(Command command, std::uint16_t offset, std::uint16_t length) {
   const ControlRequest request{kVendorIn, static_cast<std::uint8_t>(command), 0, offset};
-  const std::lock_guard lock(mutex_);
+  const std::lock_guard lock(turn_);
   auto got = noting(transport_->control_in(request, length, policy_.answer));
   if (got && got->size() != length) {
     return fail(ErrorCode::damaged, fmt::format("{} of {} bytes", got->size(), length), identity().where);
@@ -41,7 +45,7 @@ Result<Bytes> Link::in(Command command, std::uint16_t offset, std::uint16_t leng
 }
 
 Result<void> Link::quick_once(Command command) {
-  return out(command, 0, 0, RetryPolicy{1, policy_.answer});
+  return out(command, 0, 0, RetryPolicy{1, std::min(policy_.answer, kAtOnce)});
 }
 
 Result<void> Link::quick(Command command) {

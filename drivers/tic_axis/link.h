@@ -4,9 +4,9 @@
 
 #include <atomic>
 #include <memory>
-#include <mutex>
 
 #include "drivers/common/retry.h"
+#include "drivers/tic_axis/fair_lock.h"
 #include "drivers/tic_axis/protocol.h"
 #include "drivers/tic_axis/transport.h"
 
@@ -19,7 +19,7 @@ class Link {
       : transport_(std::move(transport)), policy_(policy) {}
 
   [[nodiscard]] base::Result<void> quick(Command command);
-  /// Sent once, and not waited for longer than once.
+  /// Sent once, and given up if it is not answered within 50 ms.
   [[nodiscard]] base::Result<void> quick_once(Command command);
   /// With 7 bits.
   [[nodiscard]] base::Result<void> write7(Command command, std::uint8_t value);
@@ -29,7 +29,7 @@ class Link {
   [[nodiscard]] base::Result<Settings> settings();
   /// The errors that have occurred since this was last called, by anybody.
   [[nodiscard]] base::Result<std::uint32_t> take_errors_occurred();
-  /// Resets the command timeout; one attempt.
+  /// Resets the command timeout, as quick_once: no stop waits behind it for long.
   [[nodiscard]] base::Result<void> feed();
 
   /// The transport is no more. A Tic that only does not answer is `lost` to who asks, and not gone: what is
@@ -53,7 +53,7 @@ class Link {
 
   const std::unique_ptr<Transport> transport_;
   const RetryPolicy policy_;
-  std::mutex mutex_;
+  FairLock turn_;
   std::atomic<bool> gone_{false};
 };
 
