@@ -1,10 +1,10 @@
 // A camera on GigE Vision or USB3 Vision, through Aravis 0.8: area cameras that speak GenICam.
 //
-// Frames and triggers are counted: a trigger makes one frame, and that frame alone is delivered for it. An
-// exposure that was aborted ends its stream; the next begins with a new one (on GigE with a new socket), so
-// that nothing of it can arrive later. Frames that are incomplete, of another format or region, out of
-// sequence, or of another exposure than was set (where the camera says it) are refused with a `device` error.
-// A frame that does not come at all is not waited for here: rigd's deadline notices it.
+// Frames and triggers are counted: a trigger makes one frame, and that frame alone is delivered for it. After
+// an exposure was ended the next one waits until the camera can send nothing of it any more. Frames that are
+// incomplete, of another format or region, out of sequence, or of another exposure than was set (where the
+// camera says it) are refused with a `device` error. A frame that does not come at all is not waited for
+// here: rigd's deadline notices it.
 #pragma once
 
 #include <chrono>

@@ -75,21 +75,29 @@ Result<void> set_format(ArvCamera* camera, const Settings& settings) {
 
 Result<void> set_region(ArvCamera* camera, const Settings& settings, Configured& made) {
   int width = settings.width, height = settings.height;
+  gint most_across = 0, most_down = 0;
+  bool fits = true;
   auto done = attempt("to set its region", [&](GError** e) {
     // The bounds are those beside the present offset.
     arv_camera_set_region(camera, 0, 0, -1, -1, e);
-    gint least = 0, most = 0;
-    if (*e == nullptr && width == 0) {
-      arv_camera_get_width_bounds(camera, &least, &most, e);
-      width = most - settings.offset_x;
-    }
-    if (*e == nullptr && height == 0) {
-      arv_camera_get_height_bounds(camera, &least, &most, e);
-      height = most - settings.offset_y;
-    }
-    if (*e == nullptr) arv_camera_set_region(camera, settings.offset_x, settings.offset_y, width, height, e);
+    gint least = 0;
+    if (*e == nullptr) arv_camera_get_width_bounds(camera, &least, &most_across, e);
+    if (*e == nullptr) arv_camera_get_height_bounds(camera, &least, &most_down, e);
+    if (*e != nullptr) return;
+    if (width == 0) width = most_across - settings.offset_x;
+    if (height == 0) height = most_down - settings.offset_y;
+    // Not every camera refuses what its sensor has not.
+    fits = width > 0 && height > 0 && settings.offset_x + width <= most_across &&
+           settings.offset_y + height <= most_down;
+    if (fits) arv_camera_set_region(camera, settings.offset_x, settings.offset_y, width, height, e);
   });
   if (!done) return done;
+  if (!fits) {
+    return fail(
+        ErrorCode::device,
+        fmt::format("its sensor has {} x {} pixels, too few for the region asked for: {} x {} at ({}, {})",
+                    most_across, most_down, width, height, settings.offset_x, settings.offset_y));
+  }
   gint x = 0, y = 0, w = 0, h = 0;
   done = attempt("to read its region", [&](GError** e) { arv_camera_get_region(camera, &x, &y, &w, &h, e); });
   if (!done) return done;
@@ -258,6 +266,7 @@ Result<Configured> configure(ArvCamera* camera, const Settings& settings) {
   if (auto done = read_bounds(camera, made); !done) return pass(done);
   if (auto done = read_sizes(camera, settings, made); !done) return pass(done);
   if (auto done = find_temperature(camera, settings, made); !done) return pass(done);
+  made.can_abort = has(camera, "AcquisitionAbort");
   made.capabilities.overlaps_motion = !is_rolling(camera, settings);
   return made;
 }

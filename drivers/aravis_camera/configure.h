@@ -22,6 +22,7 @@ struct Configured {
   bool whole_gains = false;      ///< the gain feature takes whole numbers only
   bool runs_free = false;        ///< it cannot be triggered: Aravis' own, inside this process
   bool tells_readiness = false;  ///< AcquisitionStatus says when it waits for a trigger
+  bool can_abort = false;        ///< AcquisitionAbort ends an exposure; a stop lets it end
   bool has_chunks = false;       ///< exposure and time come with each frame
   std::string temperature;       ///< the feature; empty: it has none
 };

@@ -150,6 +150,7 @@ base::Result<void> unpack(Packing packing, int shift, std::span<const std::uint8
     return base::fail(base::ErrorCode::damaged,
                       fmt::format("{} bytes of an image that has {}", bytes.size(), needed));
   }
+  if (samples.empty()) return {};
   switch (packing) {
     case Packing::bytes:
       unpack_bytes(bytes.data(), samples.data(), samples.size());

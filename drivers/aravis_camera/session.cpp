@@ -19,8 +19,15 @@ using std::chrono::milliseconds;
 
 namespace {
 
+// Beyond exposure and readout: what a camera may take to notice that it is to stop.
+constexpr milliseconds kAfterStop{150};
+// For an exposure that another process began; beyond that a trigger says how long it goes on.
+constexpr std::chrono::seconds kOpeningWaits{5};
 // Between the end of one frame and readiness for the next trigger: a frame's readout at most.
 constexpr milliseconds kReadyWithin{500};
+// Aravis asks each second, and again for 5 s; a single answer takes up to 2.5 s not to come. What still says
+// after this that it controls the camera has an answer, and nothing to tell.
+constexpr std::chrono::seconds kHeartbeatEnds{10};
 // How far the camera's own time of a frame may be before the trigger that began it: the error of a latch.
 constexpr base::Duration kClockError = milliseconds(50);
 
@@ -80,6 +87,17 @@ double gain_factor(const Settings& settings, double value) {
   return settings.gain_unit == GainUnit::decibel ? std::pow(10.0, plain / 20) : plain;
 }
 
+// Aravis' heartbeat holds the device while it tells that control is lost. If that were the last hold, its
+// thread would wait for its own end, and GLib would end this process. It says that it has told.
+void await_end_of_heartbeat(ArvDevice* device) {
+  if (!ARV_IS_GV_DEVICE(device)) return;
+  const auto until = std::chrono::steady_clock::now() + kHeartbeatEnds;
+  while (arv_gv_device_is_controller(ARV_GV_DEVICE(device)) != FALSE &&
+         std::chrono::steady_clock::now() < until) {
+    std::this_thread::sleep_for(milliseconds(10));
+  }
+}
+
 std::uint64_t distance(std::uint64_t last, std::uint64_t id) {
   if (follows(last, id) || id <= last) return 1;
   return id - last;
@@ -102,7 +120,10 @@ Result<std::unique_ptr<Session>> Session::open(const Settings& settings, base::C
   auto camera = find_camera(settings);
   if (!camera) return pass(camera);
   auto made = configure(camera->get(), settings);
-  if (!made) return pass_named(settings, made);
+  if (!made) {
+    if (made.error().code == ErrorCode::lost) await_end_of_heartbeat(arv_camera_get_device(camera->get()));
+    return pass_named(settings, made);
+  }
   std::unique_ptr<Session> session(new Session(settings, clock, log, std::move(*camera), std::move(*made)));
   ArvDevice* device = arv_camera_get_device(session->camera_.get());
   session->handler_ = g_signal_connect_data(device, "control-lost", G_CALLBACK(control_lost),
@@ -111,8 +132,12 @@ Result<std::unique_ptr<Session>> Session::open(const Settings& settings, base::C
   if (session->made_.has_chunks)
     session->chunks_.reset(arv_camera_create_chunk_parser(session->camera_.get()));
   session->stream_.emplace(session->camera_.get(), settings, session->made_.payload_bytes);
-  if (auto done = session->restart(); !done) return pass_named(settings, done);
-  if (auto done = session->camera_clock_.latch(); !done) return pass_named(settings, done);
+  auto done = session->end_what_another_began();
+  if (done) done = session->camera_clock_.latch();
+  if (!done) {
+    if (done.error().code == ErrorCode::lost) session->give_up();
+    return pass_named(settings, done);
+  }
   const int granted = session->stream_->socket_buffer_bytes();
   if (granted != 0 && granted < settings.socket_buffer_bytes) {
     log(LogLevel::warning,
@@ -124,10 +149,54 @@ Result<std::unique_ptr<Session>> Session::open(const Settings& settings, base::C
 }
 
 Session::~Session() {
+  ArvDevice* device = arv_camera_get_device(camera_.get());
   // Without a camera at the other end this would only be a time-out more.
   if (!is_lost()) arv_camera_stop_acquisition(camera_.get(), nullptr);
   stream_.reset();
-  if (handler_ != 0) g_signal_handler_disconnect(arv_camera_get_device(camera_.get()), handler_);
+  if (handler_ != 0) g_signal_handler_disconnect(device, handler_);
+  if (is_lost()) await_end_of_heartbeat(device);
+}
+
+Result<void> Session::cut_short() {
+  // A camera that is told to stop exposes to the end, and sends the frame to wherever frames then go; one
+  // that had not begun yet may begin when it is started again.
+  if (made_.can_abort) {
+    auto done =
+        attempt("to end its exposure", [&](GError** e) { arv_camera_abort_acquisition(camera_.get(), e); });
+    if (!done) return done;
+  }
+  auto done = restart();
+  const double rest_s = made_.capabilities.readout_s + (made_.can_abort ? 0 : exposure_s_);
+  old_until_ = std::chrono::steady_clock::now() + kAfterStop +
+               std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::duration<double>(rest_s));
+  return done;
+}
+
+// A process that died, or we ourselves before the wire was cut, may have left it exposing.
+Result<void> Session::end_what_another_began() {
+  const auto set_us = ask_number("to tell its exposure",
+                                 [&](GError** e) { return arv_camera_get_exposure_time(camera_.get(), e); });
+  if (!set_us) return pass(set_us);
+  exposure_s_ = *set_us * 1e-6;
+  auto done = cut_short();
+  // What a trigger would not wait for.
+  const auto now = std::chrono::steady_clock::now();
+  if (done) std::this_thread::sleep_until(std::min(*old_until_ - settings_.answer / 2, now + kOpeningWaits));
+  return done;
+}
+
+Result<void> Session::outlast_old_exposure() {
+  if (!old_until_) return {};
+  const auto left = *old_until_ - std::chrono::steady_clock::now();
+  if (left > settings_.answer / 2) {
+    return fail(ErrorCode::busy, fmt::format("the exposure that was ended goes on in it for {} ms",
+                                             std::chrono::duration_cast<milliseconds>(left).count()));
+  }
+  std::this_thread::sleep_until(*old_until_);
+  while (ArvBuffer* buffer = stream_->pop()) stream_->give_back(buffer);
+  last_id_.reset();
+  old_until_.reset();
+  return {};
 }
 
 Result<void> Session::restart() {
@@ -191,7 +260,7 @@ Result<void> Session::drop_what_came() {
     unasked = unasked || arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS;
     stream_->give_back(buffer);
   }
-  if (!unasked || made_.runs_free || !settings_.count_frames) return {};
+  if (!unasked || made_.runs_free || !settings_.count_frames || old_until_) return {};
   suspect_ = true;
   return fail(ErrorCode::device,
               "it took a frame that nobody asked for: the one before may be another exposure's", {},
@@ -237,9 +306,13 @@ Result<void> Session::expose(double exposure_s, double gain, bool by_line) {
                 "trigger_line names it");
   }
   if (auto done = listen_to(by_line); !done) return pass_named(settings_, done);
-  if (suspect_ || exposing_) {
+  if (exposing_) {
+    if (auto done = cut_short(); !done) return pass_named(settings_, done);
+  }
+  if (suspect_) {
     if (auto done = restart(); !done) return pass_named(settings_, done);
   }
+  if (auto done = outlast_old_exposure(); !done) return pass_named(settings_, done);
   if (auto done = set_exposure(exposure_s); !done) return pass_named(settings_, done);
   if (auto done = set_gain(gain); !done) return pass_named(settings_, done);
   if (auto done = wait_until_ready(); !done) return pass_named(settings_, done);
@@ -354,8 +427,8 @@ Result<std::optional<Taken>> Session::take(std::span<std::uint16_t> pixels) {
 }
 
 Result<void> Session::arm() {
-  if (exposing_ || suspect_) {
-    if (auto done = restart(); !done) return pass_named(settings_, done);
+  if (exposing_) {
+    if (auto done = cut_short(); !done) return pass_named(settings_, done);
   }
   if (auto done = drop_what_came(); !done) return pass_named(settings_, done);
   if (auto done = camera_clock_.latch(); !done) return pass_named(settings_, done);
@@ -364,7 +437,7 @@ Result<void> Session::arm() {
 
 Result<void> Session::abort() {
   if (!exposing_) return answer();
-  if (auto done = restart(); !done) return pass_named(settings_, done);
+  if (auto done = cut_short(); !done) return pass_named(settings_, done);
   return {};
 }
 

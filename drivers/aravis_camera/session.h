@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -63,6 +64,11 @@ class Session {
 
   /// Ends taking frames and begins anew, with an empty stream.
   [[nodiscard]] base::Result<void> restart();
+  /// Ends the exposure, too.
+  [[nodiscard]] base::Result<void> cut_short();
+  [[nodiscard]] base::Result<void> end_what_another_began();
+  /// Until nothing of an exposure that was ended can come any more. Errors: busy, where that is long.
+  [[nodiscard]] base::Result<void> outlast_old_exposure();
   [[nodiscard]] base::Result<void> listen_to(bool line);
   [[nodiscard]] base::Result<void> set_exposure(double exposure_s);
   [[nodiscard]] base::Result<void> set_gain(double gain);
@@ -90,6 +96,8 @@ class Session {
   double exposure_s_ = 0, gain_ = 1;            // as the camera rounded them
   bool exposing_ = false;
   bool suspect_ = false;  // its stream may hold what belongs to no exposure: begun anew before the next one
+  std::optional<std::chrono::steady_clock::time_point>
+      old_until_;  // so long a frame may come of one that was ended
   base::Time triggered_{};
   std::int64_t triggered_ns_ = 0;  // of the wall clock that Aravis stamps frames with
   std::optional<std::uint64_t> last_id_;

@@ -139,6 +139,7 @@ void GvCamera::State::stop() {
   {
     const std::lock_guard lock(fill_mutex);
     ending = true;
+    g_object_set(camera, "gvsp-lost-ratio", 1.0, nullptr);  // of a frame that is due just now
   }
   clock.join();
   g_object_unref(camera);
