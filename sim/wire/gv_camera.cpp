@@ -4,17 +4,22 @@
 #include <array>
 #include <arv.h>
 #include <atomic>
+#include <bit>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <mutex>
+#include <netinet/in.h>
+#include <random>
+#include <sys/socket.h>
 #include <thread>
 #include <unistd.h>
 #include <vector>
 
 #include "sim/wire/gv_genicam.h"
 #include "sim/wire/gv_pattern.h"
+#include "sim/wire/gvsp.h"
 #include "sim/wire/pfnc.h"
 
 namespace rig::sim::wire {
@@ -24,14 +29,15 @@ using std::chrono::milliseconds;
 
 namespace {
 
-constexpr std::uint32_t kSoftware = 1, kLine0 = 0;  // of TriggerSource
+constexpr std::uint32_t kSoftware = 1, kLine0 = 0;    // of TriggerSource
+constexpr std::uint32_t kPacketSizeRegister = 0xd04;  // of GigE Vision, stream channel 0
 constexpr double kLongestExposure_s = 0.4;  // it hears nothing meanwhile, and Aravis asks again after 0.5
 
-fs::path write_description() {
+fs::path write_description(bool with_chunks) {
   ArvFakeCamera* plain = arv_fake_camera_new("plain");
   std::size_t size = 0;
   const char* xml = arv_fake_camera_get_genicam_xml(plain, &size);
-  const std::string extended = extended_genicam(std::string(xml, size));
+  const std::string extended = extended_genicam(std::string(xml, size), with_chunks);
   g_object_unref(plain);
   std::string name = (fs::temp_directory_path() / "rig-gv-camera-XXXXXX").string();
   const int fd = ::mkstemp(name.data());
@@ -43,7 +49,8 @@ fs::path write_description() {
 }  // namespace
 
 struct GvCamera::State {
-  explicit State(const GvCameraOptions& wanted) : options(wanted), description(write_description()) {}
+  explicit State(const GvCameraOptions& wanted)
+      : options(wanted), description(write_description(wanted.own_packets)) {}
   ~State() {
     std::error_code gone;
     fs::remove(description, gone);
@@ -59,6 +66,10 @@ struct GvCamera::State {
   std::atomic<std::uint32_t> frames{0};
   std::mutex fill_mutex;
   std::vector<std::uint16_t> line;
+  std::vector<std::uint8_t> payload;  // of a frame with packets of our own
+  std::atomic<FrameFault> fault{FrameFault::none};
+  std::uint16_t skipped = 0;
+  std::mt19937 dice{1};
   std::thread clock;  // writes the camera's time into its memory
   std::atomic<bool> ending{false};
 
@@ -74,6 +85,7 @@ struct GvCamera::State {
 
   bool start();
   void stop();
+  void send(ArvBuffer* buffer, std::uint32_t exposure_us, double loss);
   void fill(ArvBuffer* buffer, std::uint32_t exposure_us, std::uint32_t gain, std::uint32_t format);
 };
 
@@ -83,7 +95,8 @@ void GvCamera::State::fill(ArvBuffer* buffer, std::uint32_t exposure_us, std::ui
   const std::lock_guard lock(fill_mutex);
   if (ending) return;
   const double share = next_loss.exchange(-1);
-  g_object_set(camera, "gvsp-lost-ratio", share >= 0 ? share : lost / 1000.0, nullptr);
+  const double loss = share >= 0 ? share : lost / 1000.0;
+  g_object_set(camera, "gvsp-lost-ratio", options.own_packets ? 1.0 : loss, nullptr);
   if (options.exposes) {
     std::this_thread::sleep_for(
         std::chrono::duration<double>(std::min(exposure_us * 1e-6, kLongestExposure_s)));
@@ -96,11 +109,56 @@ void GvCamera::State::fill(ArvBuffer* buffer, std::uint32_t exposure_us, std::ui
   std::size_t size = 0;
   auto* bytes = static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, &size)));
   const std::size_t line_bytes = static_cast<std::size_t>(width) * ((format >> 16) & 0xff) / 8;
+  if (options.own_packets) {
+    payload.resize(line_bytes * static_cast<std::size_t>(height));
+    bytes = payload.data();
+  }
   line.resize(static_cast<std::size_t>(width));
   for (std::size_t i = 0; i < static_cast<std::size_t>(height); ++i) {
     paint_pattern_line(facts, bits, i, line);
     pack_samples(format, line, bytes + i * line_bytes);
   }
+  if (options.own_packets) send(buffer, exposure_us, loss);
+}
+
+void GvCamera::State::send(ArvBuffer* buffer, std::uint32_t exposure_us, double loss) {
+  const FrameFault wrong = fault.exchange(FrameFault::none);
+  GvspFrame frame;
+  if (wrong == FrameFault::skipped_number) ++skipped;
+  frame.id = static_cast<std::uint16_t>(arv_buffer_get_frame_id(buffer) + skipped);
+  frame.timestamp_ns = static_cast<std::uint64_t>(g_get_real_time()) * 1000;
+  frame.pixel_format = arv_buffer_get_image_pixel_format(buffer);
+  if (wrong == FrameFault::other_format) frame.pixel_format ^= 1;
+  gint x = 0, y = 0, width = 0, height = 0;
+  arv_buffer_get_image_region(buffer, &x, &y, &width, &height);
+  frame.offset_x = static_cast<std::uint32_t>(x);
+  frame.offset_y = static_cast<std::uint32_t>(y);
+  frame.width = static_cast<std::uint32_t>(width);
+  frame.height = static_cast<std::uint32_t>(height);
+  frame.has_chunks = reg(kChunkModeRegister) != 0;
+  if (frame.has_chunks) {
+    end_chunk(payload, kImageChunk, payload.size());
+    const double told_us = exposure_us * (wrong == FrameFault::other_exposure ? 2.0 : 1.0);
+    append_chunk(payload, kExposureChunk, big_endian(std::bit_cast<std::uint64_t>(told_us), 8));
+    append_chunk(payload, kTimestampChunk, big_endian(frame.timestamp_ns, 8));
+  }
+  frame.payload = payload;
+  if (wrong == FrameFault::cut_short) frame.payload = frame.payload.first(payload.size() / 2);
+  const std::size_t packet_size = reg(kPacketSizeRegister) & 0xffff;
+  GSocketAddress* to = arv_fake_camera_get_stream_address(fake());
+  sockaddr_in address{};
+  g_socket_address_to_native(to, &address, sizeof address, nullptr);
+  g_object_unref(to);
+  const int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  std::bernoulli_distribution is_lost(loss);
+  for (const Packet& packet : gvsp_packets(frame, packet_size)) {
+    for (int times = wrong == FrameFault::packets_twice ? 2 : 1; times > 0; --times) {
+      if (is_lost(dice)) continue;
+      (void)::sendto(fd, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&address),
+                     sizeof address);
+    }
+  }
+  ::close(fd);
 }
 
 bool GvCamera::State::start() {
@@ -172,6 +230,10 @@ void GvCamera::lose(int per_thousand) {
 
 void GvCamera::corrupt_next() {
   state_->next_loss = 0.5;
+}
+
+void GvCamera::spoil_next(FrameFault fault) {
+  state_->fault = fault;
 }
 
 void GvCamera::drop_next() {

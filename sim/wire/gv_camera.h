@@ -14,6 +14,17 @@ struct GvCameraOptions {
   double trigger_hz = 1000;  ///< a triggered frame begins at the next beat of this
   bool exposes = false;      ///< a frame takes its exposure time, up to 0.4 s; else none
   bool paints = true;        ///< our pattern; else Aravis' own ramp
+  bool own_packets = false;  ///< it sends the packets itself, with chunks where they are switched on
+};
+
+/// What is wrong with a frame, of a camera with packets of its own.
+enum class FrameFault {
+  none,
+  skipped_number,  ///< its number leaves one out
+  cut_short,       ///< half the payload, and the trailer says that this was all
+  other_format,    ///< the leader tells another pixel format
+  other_exposure,  ///< its chunk tells twice the exposure
+  packets_twice,   ///< every packet comes twice
 };
 
 /// Beside what Aravis' camera has (2048 x 2048, Mono8 and 16, exposure, raw gain 0 to 10, software trigger):
@@ -38,6 +49,7 @@ class GvCamera {
   /// Of the next frame half the packets, or all, never arrive.
   void corrupt_next();
   void drop_next();
+  void spoil_next(FrameFault fault);
   /// A pulse on Line0. False: the camera did not wait for one.
   bool pulse();
   void set_temperature_c(double celsius);

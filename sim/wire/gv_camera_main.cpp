@@ -2,6 +2,7 @@
 // and each is answered by a line: "ok", or "error" and why.
 #include <cstdio>
 #include <iostream>
+#include <map>
 #include <sstream>
 #include <string>
 
@@ -10,7 +11,14 @@
 
 namespace {
 
+using rig::sim::wire::FrameFault;
 using rig::sim::wire::GvCamera;
+
+const std::map<std::string, FrameFault> kFaults{{"skip-number", FrameFault::skipped_number},
+                                                {"cut-short", FrameFault::cut_short},
+                                                {"other-format", FrameFault::other_format},
+                                                {"other-exposure", FrameFault::other_exposure},
+                                                {"packets-twice", FrameFault::packets_twice}};
 
 // Empty: done.
 std::string obey(GvCamera& camera, const std::string& line) {
@@ -37,6 +45,8 @@ std::string obey(GvCamera& camera, const std::string& line) {
     camera.set_temperature_c(number);
   } else if (command == "ready" && has_number) {
     camera.set_ready(number != 0);
+  } else if (const auto fault = kFaults.find(command); fault != kFaults.end()) {
+    camera.spoil_next(fault->second);
   } else {
     return "no such command";
   }
@@ -48,7 +58,8 @@ std::string obey(GvCamera& camera, const std::string& line) {
 int main(int argc, char** argv) {
   CLI::App app(
       "Simulates a GigE Vision camera. Commands on standard input: vanish, return, lose PER_THOUSAND, "
-      "corrupt, drop, pulse, temperature CELSIUS, ready 0|1, drop-control.");
+      "corrupt, drop, pulse, temperature CELSIUS, ready 0|1, drop-control; with packets of its "
+      "own also skip-number, cut-short, other-format, other-exposure, packets-twice, of the next frame.");
   rig::sim::wire::GvCameraOptions options;
   int lost = 0;
   bool ramp = false;
@@ -60,6 +71,8 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--exposes", options.exposes, "a frame takes its exposure time, up to 0.4 s");
   app.add_flag("--ramp", ramp, "Aravis' own ramp instead of a pattern that tells exposure and frame");
+  app.add_flag("--own-packets", options.own_packets,
+               "it sends the packets itself, with chunks where they are asked for");
   if (const auto status = rig::base::parse_command_line(app, argc, argv)) return *status;
   options.paints = !ramp;
   GvCamera camera(options);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <string_view>
+#include <utility>
 
 #include "sim/wire/pfnc.h"
 
@@ -43,6 +44,37 @@ std::string added_nodes() {
   return nodes;
 }
 
+std::string chunk_nodes() {
+  std::string nodes =
+      "<Boolean Name=\"ChunkModeActive\" NameSpace=\"Standard\"><pValue>ChunkModeRegister</pValue>"
+      "<OnValue>1</OnValue><OffValue>0</OffValue></Boolean>\n"
+      "<Enumeration Name=\"ChunkSelector\" NameSpace=\"Standard\">"
+      "<EnumEntry Name=\"ExposureTime\"><Value>0</Value></EnumEntry>"
+      "<EnumEntry Name=\"Timestamp\"><Value>1</Value></EnumEntry>"
+      "<pValue>ChunkSelectorRegister</pValue></Enumeration>\n"
+      "<Boolean Name=\"ChunkEnable\" NameSpace=\"Standard\"><pValue>ChunkEnableRegister</pValue>"
+      "<OnValue>1</OnValue><OffValue>0</OffValue></Boolean>\n"
+      "<Float Name=\"ChunkExposureTime\" "
+      "NameSpace=\"Standard\"><pValue>ChunkExposureTimeRegister</pValue></Float>\n"
+      "<Integer Name=\"ChunkTimestamp\" "
+      "NameSpace=\"Standard\"><pValue>ChunkTimestampRegister</pValue></Integer>\n"
+      "<FloatReg Name=\"ChunkExposureTimeRegister\" "
+      "NameSpace=\"Custom\"><Address>0</Address><Length>8</Length>"
+      "<AccessMode>RO</AccessMode><pPort>ChunkExposureTimePort</pPort><Endianess>BigEndian</Endianess></"
+      "FloatReg>\n"
+      "<IntReg Name=\"ChunkTimestampRegister\" NameSpace=\"Custom\"><Address>0</Address><Length>8</Length>"
+      "<AccessMode>RO</AccessMode><pPort>ChunkTimestampPort</pPort><Sign>Unsigned</Sign>"
+      "<Endianess>BigEndian</Endianess></IntReg>\n";
+  for (const auto& [name, id] : {std::pair{"ChunkExposureTimePort", kExposureChunk},
+                                 std::pair{"ChunkTimestampPort", kTimestampChunk}}) {
+    nodes += fmt::format("<Port Name=\"{}\" NameSpace=\"Custom\"><ChunkID>{:x}</ChunkID></Port>\n", name, id);
+  }
+  nodes += integer_register("ChunkModeRegister", kChunkModeRegister, 4, "RW");
+  nodes += integer_register("ChunkSelectorRegister", kChunkSelectorRegister, 4, "RW");
+  nodes += integer_register("ChunkEnableRegister", kChunkEnableRegister, 4, "RW");
+  return nodes;
+}
+
 void insert_before(std::string& xml, std::string_view mark, const std::string& text) {
   const auto at = xml.find(mark);
   if (at != std::string::npos) xml.insert(at, text);
@@ -50,7 +82,7 @@ void insert_before(std::string& xml, std::string_view mark, const std::string& t
 
 }  // namespace
 
-std::string extended_genicam(std::string xml) {
+std::string extended_genicam(std::string xml, bool with_chunks) {
   std::string entries;
   for (const PfncFormat& format : pfnc_formats()) {
     if (xml.find(fmt::format("\"{}\"", format.name)) != std::string::npos) continue;
@@ -59,6 +91,12 @@ std::string extended_genicam(std::string xml) {
   }
   insert_before(xml, "<pValue>PixelFormatRegister</pValue>", entries);
   insert_before(xml, "</RegisterDescription>", added_nodes());
+  if (!with_chunks) return xml;
+  insert_before(xml, "</RegisterDescription>", chunk_nodes());
+  insert_before(xml, "<Formula>WIDTH * HEIGHT", "<pVariable Name=\"CHUNKS\">ChunkModeRegister</pVariable>\n");
+  const std::string size = "&amp;0xFF) / 8";
+  const auto at = xml.find(size);
+  if (at != std::string::npos) xml.insert(at + size.size(), fmt::format(" + CHUNKS * {}", kChunkBytes));
   return xml;
 }
 
