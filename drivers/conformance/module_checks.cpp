@@ -14,7 +14,10 @@ namespace {
 using Steady = std::chrono::steady_clock;
 
 constexpr int kCycles = 1000;
-constexpr std::chrono::seconds kBudget{20};
+constexpr bool kSanitized = std::string_view(RIG_DRIVER_SANITIZER) != "none";
+// Of the wall: an opening of up to 40 ms reaches the aim. Sanitizers are there for what they find, not for
+// the number.
+constexpr std::chrono::seconds kBudget{kSanitized ? 10 : 40};
 // What is made once and kept (caches, a library's first use) is there after these.
 constexpr int kWarmUp = 10;
 
@@ -47,7 +50,7 @@ void require_no_growth(const ProcessUse& before, const ProcessUse& after, int cy
   const std::size_t heap_bound = before.heap_bytes + kBreath + kBytesEach * static_cast<std::size_t>(cycles);
   require(after.heap_bytes <= heap_bound, "{} bytes on the heap after {} openings more, {} before",
           after.heap_bytes, cycles, before.heap_bytes);
-  if (std::string_view(RIG_DRIVER_SANITIZER) != "none") return;  // it keeps what was freed
+  if (kSanitized) return;  // it keeps what was freed
   constexpr std::size_t kResident = std::size_t{8} << 20U;
   require(after.resident_bytes <= before.resident_bytes + kResident,
           "{} bytes of resident memory after {} openings more, {} before", after.resident_bytes, cycles,

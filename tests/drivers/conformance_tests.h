@@ -76,4 +76,4 @@ inline std::string test_name_of(const ::testing::TestParamInfo<std::size_t>& inf
   }                                                                                               \
   INSTANTIATE_TEST_SUITE_P(conformance, Module,                                                   \
                            ::testing::ValuesIn(::rig::drivers::conformance::numbers_of_checks()), \
-                           ::rig::drivers::conformance::test_name_of)
+                           ::rig::drivers::conformance::test_name_of);
