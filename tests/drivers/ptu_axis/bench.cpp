@@ -23,8 +23,8 @@ attempts = 4
 [axis.pan]
 reversed = true
 zero_deg = 5.0
-max_velocity_deg_s = 120.0
-max_acceleration_deg_s2 = 600.0
+max_velocity_deg_s = 60.0
+max_acceleration_deg_s2 = 240.0
 [axis.tilt]
 max_velocity_deg_s = 40.0
 max_acceleration_deg_s2 = 200.0
@@ -98,8 +98,8 @@ class PtuBench final : public conformance::Bench {
     test.peer = &pan_;
     test.low_rad = radians(-30);
     test.high_rad = radians(30);
-    test.velocity_rad_s = radians(120);
-    test.acceleration_rad_s2 = radians(600);
+    test.velocity_rad_s = radians(60);
+    test.acceleration_rad_s2 = radians(240);
     test.stop_bound = std::chrono::milliseconds(100);
     return test;
   }
