@@ -26,14 +26,20 @@ class Unit {
         log_(log),
         connection_([this] { return connect(); }, clock) {}
 
-  // Waits until the unit is set up.
+  // Waits until the unit is set up. One that is silent may be in the middle of a reset, its own at power-up
+  // or one that another process asked for.
   Result<void> open() {
     constexpr milliseconds kWait{20};
+    const auto enough = std::chrono::steady_clock::now() + settings_.reset_within;
     while (true) {
+      const bool was_open = connection_.is_open();
+      const int before = connection_.times_opened();
       const auto done = set_up(kWait);
-      if (!done) return pass(done);
-      if (*done) break;
-      std::this_thread::sleep_for(milliseconds(1));
+      if (done && *done) break;
+      const bool has_line = was_open || connection_.times_opened() > before;
+      const bool silent = !done && done.error().code == ErrorCode::lost && has_line;
+      if (!done && (!silent || std::chrono::steady_clock::now() >= enough)) return pass(done);
+      std::this_thread::sleep_for(milliseconds(done ? 1 : 50));
     }
     Session& session = **connection_.get();
     for (std::size_t i = 0; i < settings_.axes.size(); ++i) capabilities_.push_back(session.capabilities(i));

@@ -59,8 +59,11 @@ Result<bool> Session::progress(milliseconds wait) {
   }
   if (done.error().code == ErrorCode::lost) return done;
   for (const std::size_t i : busy_) {
-    axes_[i].plan.reset();
-    axes_[i].fault = done.error().what;
+    Axis& axis = axes_[i];
+    axis.plan.reset();
+    axis.fault = done.error().what;
+    doubt(axis, Motion::unknown);
+    (void)link_.take_limit(axis.settings.letter);
   }
   phase_ = Phase::ready;
   return true;
@@ -108,16 +111,16 @@ Result<void> Session::look(Axis& axis) {
       }
       break;
     case Motion::rest:
-      if (here == axis.position) break;
+      if (here == axis.position && there == axis.desired) break;
       axis.motion = Motion::halting;  // nor this
       axis.seen = Seen{now, here};
       break;
+    case Motion::unknown:
+      axis.motion = here == there ? Motion::rest : Motion::halting;
+      axis.seen = Seen{now, here};
+      break;
     case Motion::halting:
-      if (!axis.seen) {
-        // The first look of all. One that stands where it was sent is at rest.
-        axis.seen = Seen{now, here};
-        if (phase_ != Phase::ready && !stopped_ && here == there) axis.motion = Motion::rest;
-      } else if (axis.seen->position != here) {
+      if (!axis.seen || axis.seen->position != here) {
         axis.seen = Seen{now, here};
       } else if (now - axis.seen->since >= still_after(axis.slowest)) {
         axis.motion = Motion::rest;
@@ -125,9 +128,26 @@ Result<void> Session::look(Axis& axis) {
       break;
   }
   axis.position = here;
+  axis.desired = there;
   // One hit before, while the unit was reset, means nothing.
   if (link_.take_limit(axis.settings.letter) && phase_ == Phase::ready) hit_end_stop(axis);
   return {};
+}
+
+void Session::doubt(Axis& axis, Motion as) {
+  axis.motion = as;
+  axis.seen.reset();
+}
+
+// As seen last; those that were under way are looked at.
+Result<bool> Session::all_at_rest() {
+  bool rest = true;
+  for (Axis& axis : axes_) {
+    if (axis.motion == Motion::rest) continue;
+    if (auto ok = look(axis); !ok) return pass(ok);
+    rest = rest && axis.motion == Motion::rest;
+  }
+  return rest;
 }
 
 // Within its limits a unit runs into an end stop only when it has lost steps; only a reset helps.
@@ -139,8 +159,7 @@ void Session::hit_end_stop(Axis& axis) {
     return;
   }
   ((axis.direction > 0) != axis.settings.axis.scale.reversed ? axis.at_high : axis.at_low) = true;
-  axis.motion = Motion::halting;
-  axis.seen.reset();
+  doubt(axis, Motion::halting);
 }
 
 AxisState Session::believed(const Axis& axis, bool moving) const {
@@ -202,9 +221,9 @@ Result<void> Session::home(std::size_t index) {
     return fail(ErrorCode::refused, fmt::format("axis {} is not energised", axis.settings.axis.name),
                 link_.path());
   }
-  if (std::any_of(axes_.begin(), axes_.end(), [](const Axis& a) { return a.motion != Motion::rest; })) {
-    return fail(ErrorCode::busy, "the pan-tilt unit moves", link_.path(), "stop it first");
-  }
+  const auto rest = all_at_rest();
+  if (!rest) return pass(rest);
+  if (!*rest) return fail(ErrorCode::busy, "the pan-tilt unit moves", link_.path(), "stop it first");
   if (axis.along && axis.homed) {
     axis.along = false;
     return {};
@@ -228,8 +247,7 @@ Result<void> Session::home(std::size_t index) {
   steps_.add([this, index]() -> Result<Is> {
     for (const std::size_t i : busy_) {
       Axis& each = axes_[i];
-      each.motion = Motion::halting;
-      each.seen.reset();
+      doubt(each, stopped_ ? Motion::halting : Motion::unknown);
       // The reset's own.
       (void)link_.take_limit(each.settings.letter);
       if (stopped_) continue;
@@ -303,7 +321,9 @@ Result<void> Session::move_to(std::size_t index, double target_rad, double veloc
   const Plan plan{*target, std::min(*speed, axis.fastest)};
   if (*ramp == axis.acceleration) return go(axis, plan);
 
-  if (std::any_of(axes_.begin(), axes_.end(), [](const Axis& a) { return a.motion != Motion::rest; })) {
+  const auto rest = all_at_rest();
+  if (!rest) return pass(rest);
+  if (!*rest) {
     return fail(ErrorCode::busy,
                 fmt::format("axis {} takes no other acceleration while the unit moves", settings.name),
                 link_.path(), "let max_acceleration_deg_s2 of the axis and of its module be the same");
@@ -327,8 +347,7 @@ Result<void> Session::move_to(std::size_t index, double target_rad, double veloc
 Result<void> Session::go(Axis& axis, Plan plan) {
   if (auto ok = link_.order(axis_command(axis, fmt::format("S{}", plan.speed))); !ok) return ok;
   // Whether it took a command that it did not answer shows only in whether it moves.
-  axis.motion = Motion::halting;
-  axis.seen.reset();
+  doubt(axis, Motion::unknown);
   axis.direction = plan.target > axis.position ? 1 : -1;
   if (auto ok = link_.order(axis_command(axis, fmt::format("P{}", plan.target))); !ok) return ok;
   axis.target = plan.target;
@@ -339,10 +358,7 @@ Result<void> Session::go(Axis& axis, Plan plan) {
 Result<void> Session::stop(std::size_t index) {
   Axis& axis = axes_[index];
   if (phase_ == Phase::ready) {
-    if (axis.motion == Motion::going) {
-      axis.motion = Motion::halting;
-      axis.seen.reset();
-    }
+    if (axis.motion != Motion::rest) doubt(axis, Motion::halting);
     return link_.stop(axis.settings.letter == 'P' ? "HP" : "HT", "H");
   }
   // It may hear nothing before it is through; then its reply shows that it is.

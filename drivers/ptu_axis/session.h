@@ -45,6 +45,7 @@ class Session {
   enum class Motion {
     rest,
     going,    ///< to its target
+    unknown,  ///< at rest where it stands at its target
     halting,  ///< or otherwise moving, for all that is known: until it is seen to stand
   };
   struct Seen {
@@ -63,8 +64,9 @@ class Session {
     bool along = false;  ///< homed by the reset of the other axis, and not asked for or moved since
     bool at_low = false, at_high = false;
     std::string fault;
-    Motion motion = Motion::halting;
-    int position = 0, target = 0, direction = 0;
+    Motion motion = Motion::unknown;
+    int position = 0, desired = 0;  ///< as the unit told last
+    int target = 0, direction = 0;
     std::optional<Seen> seen;
     std::optional<Plan> plan;  ///< once the acceleration is set
   };
@@ -74,6 +76,7 @@ class Session {
   void add_order(std::string command);
   void add_number(std::string query, std::function<base::Result<void>(double)> take);
   void add_awaited(std::string command, std::chrono::milliseconds within);
+  void add_tabled(std::string command);
   void add_rest();
   void add_limits(Axis& axis);
   void add_base(Axis& axis, int is);
@@ -85,6 +88,8 @@ class Session {
   [[nodiscard]] base::Result<void> ready_for(const Axis& axis, std::string_view what);
   [[nodiscard]] base::Result<void> go(Axis& axis, Plan plan);
   [[nodiscard]] base::Result<void> look(Axis& axis);
+  static void doubt(Axis& axis, Motion as);
+  [[nodiscard]] base::Result<bool> all_at_rest();
   void hit_end_stop(Axis& axis);
   void end_reset(const std::vector<std::size_t>& axes, bool homed);
   [[nodiscard]] base::Result<std::optional<double>> temperature();

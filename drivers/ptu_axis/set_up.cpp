@@ -61,6 +61,13 @@ void Session::add_awaited(std::string command, std::chrono::milliseconds within)
   });
 }
 
+// A setting for which the unit computes new tables for seconds. Whether it says "*" before or after that is
+// not known; it is through when it answers a query.
+void Session::add_tabled(std::string command) {
+  add_awaited(std::move(command), settings_.tables_within);
+  add_awaited(axis_command(axes_.front(), "P"), settings_.tables_within);
+}
+
 void Session::add_rest() {
   steps_.add([this]() -> Result<Is> {
     bool rest = true;
@@ -87,14 +94,14 @@ void Session::add_base(Axis& axis, int is) {
   steps_.add([this, &axis, is]() -> Result<Is> {
     const auto wanted = axis.settings.axis.scale.rate(*axis.settings.base_velocity_rad_s);
     if (!wanted) return pass(wanted);
-    if (*wanted != is) add_awaited(axis_command(axis, fmt::format("B{}", *wanted)), settings_.tables_within);
+    if (*wanted != is) add_tabled(axis_command(axis, fmt::format("B{}", *wanted)));
     return Is::done;
   });
 }
 
 void Session::add_acceleration(Axis& axis, int wanted) {
   if (axis.acceleration == wanted) return;
-  add_awaited(axis_command(axis, fmt::format("A{}", wanted)), settings_.tables_within);
+  add_tabled(axis_command(axis, fmt::format("A{}", wanted)));
   steps_.add([&axis, wanted]() -> Result<Is> {
     axis.acceleration = wanted;
     return Is::done;

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <fmt/format.h>
+#include <utility>
 
 namespace rig::sim::wire {
 
@@ -72,6 +73,7 @@ void Ptu::step(Time now) {
     if (reset_) step_reset(now);
   }
   while (!deaf(now)) {
+    if (std::exchange(owes_reply_, false)) fine(now);
     if (awaiting_) {
       if (axes_[pan].motor.moving(now) || axes_[tilt].motor.moving(now)) return;
       awaiting_ = false;
@@ -183,6 +185,7 @@ void Ptu::power_up(Time now) {
   input_.clear();
   reset_.reset();
   awaiting_ = false;
+  owes_reply_ = false;
   busy_until_ = {};
   echo_ = saved_echo_;
   wordy_ = saved_wordy_;
@@ -215,6 +218,21 @@ void Ptu::spoil(Answers::Spoil how, int answers) {
 void Ptu::power_cycle() {
   const std::lock_guard lock(mutex_);
   power_up(std::chrono::steady_clock::now());
+}
+
+void Ptu::save_modes() {
+  const std::lock_guard lock(mutex_);
+  saved_echo_ = echo_;
+  saved_wordy_ = wordy_;
+}
+
+void Ptu::nudge(std::size_t axis, int target) {
+  const std::lock_guard lock(mutex_);
+  AxisState& a = axes_.at(axis);
+  const Time now = std::chrono::steady_clock::now();
+  a.desired = target;
+  a.motor.move_to(now, target + a.offset, a.speed, a.acceleration);
+  a.was_moving = true;
 }
 
 void Ptu::press(std::size_t axis, bool high, bool pressed) {
@@ -336,8 +354,8 @@ void Ptu::for_axis(Time now, std::size_t axis, const std::string& what, std::opt
     if (*value < 1) return refuse(now, "Illegal argument");
     place = *value;
     busy_until_ = now + setup_.tables;
-    const std::string reply = "*" + setup_.line_end;
-    answers_.send(now, reply);
+    owes_reply_ = !setup_.says_done_first;
+    if (!owes_reply_) fine(now);
   };
   if (what == "P") {
     if (value) return go_to(now, axis, *value);

@@ -40,6 +40,7 @@ class Ptu {
     bool halt_ends_reset = true;            ///< else it hears nothing until a reset is over
     bool one_axis_at_once = false;          ///< RP and RT reset at once; else they say what R resets
     std::chrono::milliseconds tables{100};  ///< a new acceleration, base or upper speed takes so long
+    bool says_done_first = false;           ///< its reply to one comes before that time, not after it
     std::chrono::milliseconds lateness{300};
   };
 
@@ -56,6 +57,10 @@ class Ptu {
   void restore() { line_.restore(); }
   /// The power fails for a moment: its position, its reference and what was not saved are forgotten.
   void power_cycle();
+  /// As the command DS: echo and wordiness are after a power cycle as they are now.
+  void save_modes();
+  /// Somebody else at the unit sends an axis somewhere, at its slow speed.
+  void nudge(std::size_t axis, int target);
   /// An end stop that is hit before its place, on the side of high positions or of low ones.
   void press(std::size_t axis, bool high, bool pressed);
   /// The next reset ends with an error.
@@ -125,6 +130,7 @@ class Ptu {
   bool reset_fails_ = false;
   bool awaiting_ = false;
   Time busy_until_{};
+  bool owes_reply_ = false;
   int degF_ = 86;
   std::vector<std::string> heard_;
   std::atomic<bool> quit_ = false;

@@ -108,6 +108,7 @@ class PtuBench final : public conformance::Bench {
   static Ptu::Setup setup(const test::TemporaryFolder& folder) {
     Ptu::Setup setup;
     setup.link = folder / "ptu";
+    setup.reset_speed = 60000;
     // Later than the driver waits.
     setup.lateness = std::chrono::milliseconds(225);
     return setup;
