@@ -14,7 +14,8 @@ namespace rig::drivers::modbus {
 ///   REGISTER & MASK == NUMBER  these bits are as in the number; also !=
 ///   REGISTER == NUMBER         also !=
 ///   not TEST                   the opposite
-/// MASK and NUMBER may be options: {NAME}. A mask that is 0 says that the drive does not tell: never true.
+/// MASK and NUMBER may be options: {NAME}. A mask that is 0 says that the drive does not tell: never true,
+/// and of homing the driver remembers what it did.
 struct Flag {
   enum class Kind {
     never,

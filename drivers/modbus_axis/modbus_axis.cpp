@@ -99,7 +99,10 @@ Result<Reading> ModbusAxis::ready_to_move() {
 
 bool ModbusAxis::is_homed(const Reading& reading) const {
   if (watch_.homing()) return false;
-  return profile_.homed.kind == Flag::Kind::remembered ? watch_.homed_here() : reading.homed;
+  const Flag& homed = profile_.homed;
+  const bool remembered = homed.kind == Flag::Kind::remembered ||
+                          (homed.kind == Flag::Kind::test && !is_told(homed, settings_.options));
+  return remembered ? watch_.homed_here() : reading.homed;
 }
 
 bool ModbusAxis::stands_at(bool high, const Reading& reading) const {

@@ -78,7 +78,7 @@ bool MotionWatch::commanded_motion(base::Time now, const Reading& reading) {
 }
 
 bool MotionWatch::moving(base::Time now, const Reading& reading) {
-  if (reading.fault) homed_here_ = false;
+  if (reading.fault || !reading.enabled) homed_here_ = false;
   if (!stands_at_ || std::abs(reading.position_counts - *stands_at_) > times_.tolerance_counts) {
     stands_at_ = reading.position_counts;
     stands_since_ = now;

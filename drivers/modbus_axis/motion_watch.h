@@ -35,7 +35,8 @@ class MotionWatch {
   [[nodiscard]] bool moving(base::Time now, const Reading& reading);
   /// Homing was commanded and has not been found over.
   [[nodiscard]] bool homing() const { return command_ == Command::home; }
-  /// A homing was found over that no alarm broke off, and there has been no alarm since.
+  /// A homing was found over that no alarm broke off, and since then the drive has been seen energised and
+  /// without an alarm each time.
   [[nodiscard]] bool homed_here() const { return homed_here_; }
 
  private:

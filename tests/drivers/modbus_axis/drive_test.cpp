@@ -144,6 +144,19 @@ TEST_F(Leadshine, IsSetUpAgainAfterAPowerCycle) {
   EXPECT_THAT(registers(drive_, 0x600F, 1), ElementsAre(250));
 }
 
+TEST_F(Leadshine, ItsHomingIsRememberedWhereNoBitTells) {
+  open_one("[axis.pan.drive]\nhomed_mask = 0\n");
+  EXPECT_FALSE(state_of(axis()).homed);
+  make_ready();
+  done(axis().move_to(radians(5), kVelocity, kAcceleration), "move");
+  EXPECT_TRUE(at_rest(axis()).homed);
+  // Its motor was let go: a hand may have turned it.
+  done(axis().enable(false), "disable");
+  EXPECT_FALSE(state_of(axis()).homed);
+  done(axis().enable(true), "enable");
+  EXPECT_FALSE(state_of(axis()).homed);
+}
+
 TEST_F(Leadshine, AnotherScaleThanTheSettingsIsAnError) {
   open_one("[axis.pan.drive]\ncounts_per_turn = 1600\n");
   const auto state = axis().state();

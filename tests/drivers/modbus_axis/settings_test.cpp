@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/units.h"
+#include "drivers/host/module_loader.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/drivers/modbus_axis/opened_module.h"
 
@@ -114,6 +115,17 @@ TEST(Settings, AModuleWhoseSettingsAreWrongDoesNotOpen) {
   const auto opened = open_module(kRtu + axis_settings("pan", 0), *clock);
   ASSERT_FALSE(opened.has_value());
   EXPECT_EQ(opened.error().code, base::ErrorCode::bad_input);
+}
+
+TEST(Settings, TheModuleIsLoadedAndCheckedAsRigdDoesIt) {
+  const auto entry = load_module("modbus_axis", module_search_path());
+  ASSERT_TRUE(entry.has_value()) << entry.error().text();
+  EXPECT_STREQ((*entry)->name, "modbus_axis");
+  const auto good = table_of(kRtu + axis_settings("pan", 1)), bad = table_of(kRtu + axis_settings("pan", 0));
+  (*entry)->check(good);
+  (*entry)->check(bad);
+  EXPECT_TRUE(good.finish().has_value()) << good.finish().error().text();
+  EXPECT_FALSE(bad.finish().has_value());
 }
 
 TEST(Settings, AxesOfOneLineAreOneBus) {
