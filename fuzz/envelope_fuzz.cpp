@@ -1,4 +1,5 @@
-// Whatever bytes come over a socket: the readers of both directions say what they are, or why they are nothing.
+// Whatever bytes come over a socket: the readers of both directions say what they are, or why they are
+// nothing.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

@@ -306,9 +306,14 @@ struct Server::State {
       for (Outgoing& o : out) carry_out(o);
       for (std::size_t i = 0; i < doors.size(); ++i) receive_all(i);
     }
-    // What was handed in before the end still goes out, to those who read it.
-    const std::lock_guard lock(mutex);
-    for (Outgoing& o : queue) carry_out(o);
+    // What was handed in before the end still goes out, to those who read it. Not under the lock: a client
+    // that is found gone is forgotten, which takes it.
+    std::deque<Outgoing> last;
+    {
+      const std::lock_guard lock(mutex);
+      last.swap(queue);
+    }
+    for (Outgoing& o : last) carry_out(o);
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(kLinger_ms);
     while (outbox.waiting() && std::chrono::steady_clock::now() < deadline) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));

@@ -1,6 +1,7 @@
 // ZeroMQ's context and sockets, closed by themselves. Private to protocol.
 #pragma once
 
+#include <cerrno>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,7 +16,11 @@ class Context {
   Context() : handle_(zmq_ctx_new()) {}
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
-  ~Context() { zmq_ctx_term(handle_); }
+  ~Context() {
+    // A signal may come while it waits for the last socket.
+    while (zmq_ctx_term(handle_) != 0 && zmq_errno() == EINTR) {
+    }
+  }
   [[nodiscard]] void* get() const { return handle_; }
 
  private:

@@ -32,8 +32,8 @@ struct Kind {
   Range range;
 };
 
-const std::array<Kind, 14>& kinds() {
-  static const std::array<Kind, 14> all{{
+const std::array<Kind, 15>& kinds() {
+  static const std::array<Kind, 15> all{{
       {"stall", FaultKind::stall, &kAxisDevices, "share", Unit::one, 0.5, {0, 0.99}},
       {"lost-steps", FaultKind::lost_steps, &kAxisDevices, "by_deg", Unit::degrees, std::nullopt, {-90, 90}},
       {"backlash", FaultKind::backlash, &kAxisDevices, "by_deg", Unit::degrees, std::nullopt, {0, 10}},
@@ -42,6 +42,7 @@ const std::array<Kind, 14>& kinds() {
       {"slow", FaultKind::slow, &kAllDevices, "by_s", Unit::seconds, std::nullopt, {0, 86400}},
       {"garbage", FaultKind::garbage, &kAllDevices, nullptr, Unit::one, 0.0, {0, 0}},
       {"lost", FaultKind::lost, &kAllDevices, nullptr, Unit::one, 0.0, {0, 0}},
+      {"unplugged", FaultKind::unplugged, &kAllDevices, nullptr, Unit::one, 0.0, {0, 0}},
       {"dropped-frame", FaultKind::dropped_frame, &kCameraDevice, nullptr, Unit::one, 0.0, {0, 0}},
       {"corrupt-frame", FaultKind::corrupt_frame, &kCameraDevice, nullptr, Unit::one, 0.0, {0, 0}},
       {"light-fails", FaultKind::light_fails, &kLightDevice, nullptr, Unit::one, 0.0, {0, 0}},

@@ -19,7 +19,8 @@ enum class FaultKind {
   emergency_stop,   ///< somebody presses it
   slow,             ///< a call that returns late
   garbage,          ///< a reply whose values are no numbers
-  lost,             ///< calls that fail: the device is gone
+  lost,             ///< calls that fail with an error of the device
+  unplugged,        ///< calls that say lost: the device is gone and may come back
   dropped_frame,    ///< an exposure whose frame never comes
   corrupt_frame,    ///< lines of zeros, or samples beyond the sensor's bits
   light_fails,      ///< the lamp goes out and says so

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/base/random.h"
 #include "sim/ride.h"
@@ -39,7 +40,8 @@ Machine::Machine(const World& world, base::Clock& clock, std::filesystem::path f
       folder_(std::move(folder)),
       file_(std::move(file)),
       memory_(file_.load()),
-      faults_(world.faults, folder_ / "faults.toml", std::move(complain)) {
+      faults_(world.faults, folder_ / "faults.toml", std::move(complain)),
+      button_(folder_, "emergency_stop") {
   clock_.not_before(base::Time(base::Duration(memory_.now_ns)));
   if (memory_.made == 0) memory_ = new_world(world_, now_ns());
   save();
@@ -73,6 +75,9 @@ Result<void> Machine::reach(const std::string& device) {
     base::WaitSlot nobody_calls;
     (void)clock_.wait(nobody_calls, clock_.now() + base::seconds(*late_s), base::WaitFor::rig);
   }
+  if (strike(FaultKind::unplugged, device)) {
+    return fail(ErrorCode::lost, "is not connected", device, "plug it in again");
+  }
   if (strike(FaultKind::lost, device)) {
     return fail(ErrorCode::device, "does not answer any more; is it connected?", device);
   }
@@ -89,14 +94,15 @@ void Machine::save() {
 }
 
 bool Machine::button_pressed() const {
-  if (now_ns() < pressed_until_ns_) return true;
-  std::error_code unreadable_is_released;
-  return std::filesystem::exists(folder_ / "emergency_stop", unreadable_is_released);
+  return now_ns() < pressed_until_ns_ || button_.held();
 }
 
 void Machine::catch_up() {
   const std::int64_t now = now_ns();
-  const bool cut = button_pressed();
+  // A press that is over has cut the power, too.
+  const bool made = button_.made();
+  const bool cut = made || button_pressed();
+  press_unread_ = press_unread_ || made;
   bool changed = false;
   for (std::size_t i = 0; i < kAxes; ++i) {
     AxisMemory& axis = memory_.axes[i];
@@ -139,7 +145,7 @@ bool Machine::emergency_stop() {
     pressed_until_ns_ = now_ns() + std::llround(1e9 * *held_s);
   }
   catch_up();
-  return button_pressed();
+  return std::exchange(press_unread_, false) || button_pressed();
 }
 
 drivers::AxisState Machine::axis_state(std::size_t index) {
@@ -201,7 +207,8 @@ Result<void> Machine::move(std::size_t index, double target_rad, double velocity
   const AxisWorld& world = world_.axes[index];
   if (axis.enabled == 0) return fail(ErrorCode::device, "the drive has no power", kAxisNames[index]);
   if (axis.homing != 0) return fail(ErrorCode::busy, "the axis is homing", kAxisNames[index]);
-  if (!(velocity > 0) || !(acceleration > 0) || !std::isfinite(target_rad)) {
+  const auto positive = [](double value) { return value > 0 && std::isfinite(value); };
+  if (!positive(velocity) || !positive(acceleration) || !std::isfinite(target_rad)) {
     return fail(ErrorCode::bad_input, "a move needs a target, a velocity and an acceleration",
                 kAxisNames[index]);
   }

@@ -10,6 +10,7 @@
 #include "core/base/result.h"
 #include "drivers/api/device.h"
 #include "sim/faults.h"
+#include "sim/press_watch.h"
 #include "sim/state_file.h"
 #include "sim/wire_log.h"
 #include "sim/world.h"
@@ -53,7 +54,7 @@ class Machine {
   void set_shutter(bool open);
 
   /// Active while a fault presses it, and while a file `emergency_stop` lies in the state folder: the drives
-  /// have no power then.
+  /// have no power then. A press that began and ended since the last call counts.
   [[nodiscard]] bool emergency_stop();
 
   /// Who hears the rising edge of the camera's trigger line; empty: nobody.
@@ -86,6 +87,8 @@ class Machine {
   StateFile file_;
   Memory memory_;
   Faults faults_;
+  PressWatch button_;
+  bool press_unread_ = false;  // by emergency_stop()
   std::optional<WireLog> wire_log_;
   std::array<bool, kAxes> stalled_{};  // pushes and does not move
   std::int64_t pressed_until_ns_ = 0;  // the button, by a fault

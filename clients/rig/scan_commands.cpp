@@ -66,6 +66,15 @@ Result<void> scan_recover(const std::string& scan, bool even_if_whole) {
         break;
     }
   }
+  for (const scan::RecoveredVisit& visit : report->visits) {
+    const auto number = static_cast<long long>(visit.number);
+    if (!visit.reason.empty()) {
+      std::printf("reference visit %lld: not kept: %s\n", number, visit.reason.c_str());
+    } else {
+      std::printf("reference visit %lld: recovered, %d frames%s\n", number, visit.frames,
+                  visit.judged ? "" : "; its verdict was lost, so it counts for nothing");
+    }
+  }
   if (!report->kept.empty()) std::printf("the old journal is kept: %s\n", report->kept.filename().c_str());
   std::printf("%zu of %zu poses recovered, %zu abandoned, %zu pending%s\n", done, report->rows.size(),
               abandoned, report->rows.size() - done - abandoned,

@@ -176,6 +176,76 @@ Result<RecoveredRow> recover_row(const fs::path& scan, std::int64_t row, const m
   return out;
 }
 
+// The frames of a visit that the old journal does not know; its verdict needs the rig's geometry and the
+// visit it was compared with.
+Result<VisitRecord> read_visit(const fs::path& scan, std::int64_t number) {
+  VisitRecord visit;
+  visit.number = number;
+  visit.what = "its verdict was lost with the journal";
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(visit_folder(scan, number), error)) {
+    const std::string name = fs::relative(entry.path(), scan).string();
+    const auto frame = read_frame(entry.path());
+    if (!frame) return fail(frame.error().code, frame.error().what, name);
+    auto hash = base::sha256_of_file(entry.path());
+    if (!hash) return pass(hash);
+    visit.looks.push_back(
+        {entry.path().stem().string(), name, frame->facts.exposure_s, {}, std::move(*hash), {}});
+  }
+  if (error) return fail(ErrorCode::io, error.message(), visit_folder(scan, number).string());
+  if (visit.looks.empty()) return fail(ErrorCode::not_found, "it has no frames");
+  std::sort(visit.looks.begin(), visit.looks.end(),
+            [](const LookRecord& a, const LookRecord& b) { return a.name < b.name; });
+  return visit;
+}
+
+// Whether every frame of a visit is what the old journal says was taken.
+Result<void> prove_visit(const fs::path& scan, const VisitRecord& old) {
+  for (const LookRecord& look : old.looks) {
+    const auto hash = base::sha256_of_file(scan / look.file);
+    if (!hash) return pass(hash);
+    if (*hash != look.sha256) {
+      return fail(ErrorCode::damaged, "its content changed since it was taken", look.file);
+    }
+  }
+  return {};
+}
+
+// Folders of visits in references/, by number.
+std::vector<std::int64_t> visits_on_disk(const fs::path& scan) {
+  std::vector<std::int64_t> numbers;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(visit_folder(scan, 0).parent_path(), none)) {
+    const std::string name = entry.path().filename().string();
+    if (name.find_first_not_of("0123456789") == std::string::npos) numbers.push_back(std::stoll(name));
+  }
+  std::sort(numbers.begin(), numbers.end());
+  return numbers;
+}
+
+Result<std::vector<RecoveredVisit>> recover_visits(const fs::path& scan, const Salvage& salvage,
+                                                   Journal& journal) {
+  std::vector<RecoveredVisit> out;
+  for (const std::int64_t number : visits_on_disk(scan)) {
+    RecoveredVisit recovered{number, 0, false, {}};
+    const auto old = std::find_if(salvage.visits.begin(), salvage.visits.end(),
+                                  [&](const VisitRecord& v) { return v.number == number; });
+    recovered.judged = old != salvage.visits.end();
+    Result<VisitRecord> visit = recovered.judged ? Result<VisitRecord>(*old) : read_visit(scan, number);
+    if (recovered.judged) {
+      if (auto proven = prove_visit(scan, *old); !proven) visit = pass(proven);
+    }
+    if (visit) {
+      recovered.frames = static_cast<int>(visit->looks.size());
+      if (auto ok = journal.record_visit(*visit, false, {}); !ok) return pass(ok);
+    } else {
+      recovered.reason = visit.error().text();
+    }
+    out.push_back(std::move(recovered));
+  }
+  return out;
+}
+
 // Copies the old journal and its log to a name that is free. The old log must be gone before the new journal
 // is in its place: SQLite would play it back into that.
 Result<fs::path> set_aside(const fs::path& journal) {
@@ -233,6 +303,9 @@ Result<RecoverReport> recover_journal(const fs::path& scan, const RecoverOptions
       report.rows.push_back(std::move(*recovered));
       if (options.on_row) options.on_row(static_cast<std::size_t>(count - row - 1));
     }
+    auto visits = recover_visits(scan, *salvage, *rebuilt);
+    if (!visits) return pass(visits);
+    report.visits = std::move(*visits);
     if (auto ok = rebuilt->add_events(salvage->events); !ok) return pass(ok);
   }
   auto kept = set_aside(journal);

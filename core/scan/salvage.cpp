@@ -58,6 +58,7 @@ Result<Salvage> salvage_journal(const fs::path& journal, std::int64_t rows) {
     auto pose = damaged->pose(row);
     if (pose && *pose) salvage.poses[row] = std::move(**pose);
   }
+  if (auto visits = damaged->visits()) salvage.visits = std::move(*visits);
   constexpr std::size_t kAtOnce = 64;
   EventRecord last;
   while (true) {

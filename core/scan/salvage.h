@@ -15,6 +15,7 @@ struct Salvage {
   std::map<std::int64_t, PlanRow> rows;
   std::map<std::int64_t, PoseRecord> poses;
   std::vector<EventRecord> events;
+  std::vector<VisitRecord> visits;  ///< all of them or none
 };
 
 /// Reads rows 0 to `rows` - 1 one by one; what is damaged is left out. Works on a copy: neither the file nor

@@ -36,7 +36,7 @@ struct VisitRecord {
 
 /// What a job that goes on has to know of the visits so far.
 struct VisitsSoFar {
-  std::int64_t next = 0;              ///< number of the next one
+  std::int64_t next = 0;  ///< number of the next one
   /// What all others are compared with: the last good one before the first pose that is committed. None where
   /// no pose is: the next visit begins anew.
   std::optional<VisitRecord> first;

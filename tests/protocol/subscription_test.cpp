@@ -1,4 +1,7 @@
 // Who gets which events, in which order, and what becomes of those that a client does not read.
+#include <cstdio>
+#include <cstdlib>
+#include <future>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -236,6 +239,35 @@ TEST_F(SlowClient, IsToldHowManyPreviewsItMissed) {
     missed = preview.dropped_before() > 0;
   }
   EXPECT_TRUE(missed);
+}
+
+// The server ends while an event waits for a subscriber that is gone: it must end all the same.
+TEST(Subscription, OfOneWhoIsGoneDoesNotHoldUpTheEnd) {
+  constexpr std::uint64_t kLast = 99;
+  std::promise<void> entered, release;
+  TestServer server({}, [&](Server& inner, const Incoming& in) {
+    TestServer::done(inner, in);
+    if (in.request.id() != kLast) return;
+    entered.set_value();
+    release.get_future().wait();
+    inner.publish(event_of(1));
+  });
+  auto gone = std::make_unique<RawClient>(server.operate());
+  server.server().subscribe(server.greet(*gone, 1), std::nullopt);
+  const RawClient other(server.operate());
+  (void)server.greet(other, 2);
+  EXPECT_EQ(server.server().client_count(), 1U);
+  other.ping(kLast);
+  entered.get_future().wait();
+  gone.reset();
+  auto ended = std::async(std::launch::async, [&] { server.stop(); });
+  // Until the end is asked for and the connection is known to be gone; neither can be seen from here.
+  (void)ended.wait_for(std::chrono::milliseconds(200));
+  release.set_value();
+  if (ended.wait_for(kPatience) != std::future_status::ready) {
+    std::fputs("the server does not end\n", stderr);
+    std::abort();  // its thread would be waited for without end
+  }
 }
 
 }  // namespace

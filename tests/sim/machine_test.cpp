@@ -215,6 +215,34 @@ TEST_F(MachineTest, TheButtonCutsThePower) {
   EXPECT_TRUE(machine_->enable(kPan, true).has_value());
 }
 
+TEST_F(MachineTest, APressBetweenTwoLooksIsNotMissed) {
+  home_all();
+  EXPECT_FALSE(machine_->emergency_stop());
+  test::put_bytes(folder_ / "emergency_stop", "");
+  std::filesystem::remove(folder_ / "emergency_stop");
+  EXPECT_FALSE(machine_->axis_state(kPan).enabled);
+  EXPECT_TRUE(machine_->emergency_stop());
+  EXPECT_FALSE(machine_->emergency_stop());
+  EXPECT_TRUE(machine_->enable(kPan, true).has_value());
+  // A file of another name presses nothing.
+  test::put_bytes(folder_ / "emergency_stop.part", "");
+  EXPECT_FALSE(machine_->emergency_stop());
+  EXPECT_TRUE(machine_->axis_state(kPan).enabled);
+}
+
+TEST_F(MachineTest, WhatIsUnpluggedSaysThatItIsLost) {
+  world_.faults.faults.push_back({});
+  world_.faults.faults.back().kind = FaultKind::unplugged;
+  world_.faults.faults.back().device = "pan";
+  world_.faults.faults.back().times = 1;
+  reopen();
+  EXPECT_TRUE(machine_->reach("arm").has_value());
+  const auto pan = machine_->reach("pan");
+  ASSERT_FALSE(pan.has_value());
+  EXPECT_EQ(pan.error().code, base::ErrorCode::lost);
+  EXPECT_TRUE(machine_->reach("pan").has_value());
+}
+
 TEST_F(MachineTest, NotesWhenAStopReachesADrive) {
   world_.wire_log = "wire.log";
   reopen();

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "core/scan/verify.h"
+#include "core/scan/visits.h"
 #include "tests/core/scan/recorded_job.h"
 
 namespace rig::scan::testing {
@@ -115,6 +116,83 @@ TEST_F(Recover, KeepsTimesAttemptsEventsAndAbandonedRows) {
   EXPECT_EQ(after.plan().value()[kFailingRow].attempts, 1);
   EXPECT_EQ(after.events_after(0, 0, 100).value().size(), events.size());
   EXPECT_TRUE(fs::exists(report.kept));
+}
+
+// A visit as rigd takes one: its frames in their folder, then the journal.
+VisitRecord take_visit(const fs::path& scan, std::int64_t number, bool good) {
+  VisitRecord visit;
+  visit.number = number;
+  visit.when = base::Time(std::chrono::seconds(1000 + number));
+  visit.good = good;
+  visit.what = good ? "" : "the room is not dark";
+  for (const char* name : {"dark", "patches"}) {
+    FrameFacts facts = planned_facts(0, 0);
+    facts.exposure_s = 0.25;
+    const auto hash =
+        store_look(scan, number, name, facts, kWidth, kHeight, SmallScan::pixels(number, 0, 3).data());
+    EXPECT_TRUE(hash.has_value());
+    const std::string file = fs::relative(visit_folder(scan, number) / name, scan).string() + ".tif";
+    visit.looks.push_back({name, file, 0.25, visit.when, hash.value_or(""), {1.5, 2.5}});
+  }
+  EXPECT_TRUE(publish_visit(scan, number).has_value());
+  auto journal = Journal::open(journal_path(scan));
+  EXPECT_TRUE(journal && journal->record_visit(visit, false, {}));
+  return visit;
+}
+
+TEST_F(Recover, KeepsReferenceVisitsWhoseVerdictCanBeRead) {
+  const VisitRecord taken = take_visit(scan_.path(), 0, true);
+  (void)take_visit(scan_.path(), 1, false);
+  const RecoverReport report = recovered(true);
+  ASSERT_EQ(report.visits.size(), 2U);
+  for (const RecoveredVisit& visit : report.visits) {
+    EXPECT_TRUE(visit.judged);
+    EXPECT_EQ(visit.frames, 2);
+    EXPECT_EQ(visit.reason, "");
+  }
+  const auto visits = Journal::open_read_only(journal()).value().visits().value();
+  ASSERT_EQ(visits.size(), 2U);
+  EXPECT_TRUE(visits[0].good);
+  EXPECT_EQ(visits[0].when, taken.when);
+  EXPECT_EQ(visits[0].looks[1].means_dn, taken.looks[1].means_dn);
+  EXPECT_EQ(visits[1].what, "the room is not dark");
+}
+
+TEST_F(Recover, AVisitWithoutVerdictKeepsItsFramesAndCountsForNothing) {
+  const VisitRecord taken = take_visit(scan_.path(), 4, true);
+  fs::remove(journal());
+  const RecoverReport report = recovered();
+  ASSERT_EQ(report.visits.size(), 1U);
+  EXPECT_EQ(report.visits[0].number, 4);
+  EXPECT_FALSE(report.visits[0].judged);
+  auto journal_again = Journal::open(journal()).value();
+  const auto visits = journal_again.visits().value();
+  ASSERT_EQ(visits.size(), 1U);
+  EXPECT_FALSE(visits[0].good);
+  EXPECT_THAT(visits[0].what, HasSubstr("lost with the journal"));
+  ASSERT_EQ(visits[0].looks.size(), 2U);
+  EXPECT_EQ(visits[0].looks[0].name, "dark");
+  EXPECT_EQ(visits[0].looks[0].sha256, taken.looks[0].sha256);
+  EXPECT_EQ(visits[0].looks[0].file, taken.looks[0].file);
+  EXPECT_DOUBLE_EQ(visits[0].looks[0].exposure_s, 0.25);
+  EXPECT_EQ(journal_again.visits_so_far().value().next, 5);
+  EXPECT_FALSE(journal_again.visits_so_far().value().first.has_value());
+  // The job that goes on tidies its folder: what the journal knows stays.
+  ASSERT_TRUE(tidy_scan(scan_.path(), journal_again).has_value());
+  EXPECT_TRUE(fs::exists(scan_.path() / taken.looks[1].file));
+  EXPECT_TRUE(verify_scan(scan_.path(), {}).value().complete());
+}
+
+TEST_F(Recover, AVisitWhoseFrameChangedIsNotKept) {
+  const VisitRecord taken = take_visit(scan_.path(), 0, true);
+  const fs::path file = scan_.path() / taken.looks[0].file;
+  std::string bytes = test::bytes_in(file);
+  bytes[bytes.size() / 2] = static_cast<char>(~bytes[bytes.size() / 2]);
+  test::put_bytes(file, bytes);
+  const RecoverReport report = recovered(true);
+  ASSERT_EQ(report.visits.size(), 1U);
+  EXPECT_THAT(report.visits[0].reason, HasSubstr("changed since it was taken"));
+  EXPECT_TRUE(Journal::open_read_only(journal()).value().visits().value().empty());
 }
 
 TEST_F(Recover, WhatIsNotWholeIsPendingAndSaysWhy) {

@@ -1,0 +1,229 @@
+// Moves: what the axis says of itself is so, it arrives where it was sent, and says so only then.
+#include <cmath>
+#include <limits>
+
+#include "drivers/conformance/axis_session.h"
+#include "drivers/conformance/check_lists.h"
+
+namespace rig::drivers::conformance {
+
+namespace {
+
+using base::ErrorCode;
+using base::seconds;
+using std::chrono::milliseconds;
+
+// Speeds are judged with this much room: a drive rounds its ramps to its own clock.
+constexpr double kSpeedRoom = 1.05;
+
+// Never faster than asked, and never there sooner than velocity and acceleration allow.
+void require_slow_enough(AxisSession& s, double target, double velocity, double acceleration) {
+  struct Look {
+    base::Time before, after;
+    double at;
+  };
+  const auto look = [&] {
+    const base::Time before = s.waiting().now();
+    const double at = s.peer().position_rad();
+    return Look{before, s.waiting().now(), at};
+  };
+  const double distance = std::abs(target - s.peer().position_rad());
+  const base::Time began = s.waiting().now();
+  Look last = look();
+  must(s.try_move(target, velocity, acceleration), "move_to");
+  const double shortest_s = travel_s(distance, velocity, acceleration) / kSpeedRoom;
+  double fastest = 0;
+  const bool over = s.waiting().until(
+      [&] {
+        const bool moves = s.state().moving;
+        const Look now = look();
+        // The longest time that can lie between the two positions: speed is never overrated.
+        const double apart_s = base::to_seconds(now.after - last.before);
+        if (apart_s > 0.1) {
+          fastest = std::max(fastest, (std::abs(now.at - last.at) - s.step()) / apart_s);
+          last = now;
+        }
+        return !moves;
+      },
+      seconds(2 * travel_s(distance, velocity, acceleration) + 2));
+  require(over, "a move of {} with {}/s has not ended", deg(distance), deg(velocity));
+  const double took_s = base::to_seconds(s.waiting().now() - began);
+  require(fastest <= velocity * kSpeedRoom, "asked for at most {}/s, the device moves with {}/s",
+          deg(velocity), deg(fastest));
+  require(took_s >= shortest_s,
+          "a move of {} with at most {}/s and {}/s^2 takes {:.3f} s at least, and was over after {:.3f} s",
+          deg(distance), deg(velocity), deg(acceleration), shortest_s, took_s);
+}
+
+Outcome capabilities_are_true(Bench& bench) {
+  AxisSession s(bench);
+  const AxisCapabilities& c = s.capabilities();
+  require(c.resolution_rad > 0, "the resolution is {} rad", c.resolution_rad);
+  require(c.max_velocity_rad_s > 0, "the highest velocity is {} rad/s", c.max_velocity_rad_s);
+  require(c.max_acceleration_rad_s2 > 0, "the highest acceleration is {} rad/s^2", c.max_acceleration_rad_s2);
+  const double room = s.high() - s.low();
+  require(10 * c.resolution_rad < room, "ten steps of {} are more than the bench's {}", deg(c.resolution_rad),
+          deg(room));
+  s.stand_at(0.5);
+  const double before = s.peer().position_rad();
+  s.arrive(s.at(0.5) + 10 * c.resolution_rad);
+  const double seen = s.peer().position_rad() - before;
+  require(std::abs(seen - 10 * c.resolution_rad) <= 2 * c.resolution_rad,
+          "ten steps are {}, the device moved by {}", deg(10 * c.resolution_rad), deg(seen));
+  s.arrive(s.low());
+  const double velocity = std::min(s.test().velocity_rad_s, c.max_velocity_rad_s);
+  const double acceleration = std::min(s.test().acceleration_rad_s2, c.max_acceleration_rad_s2);
+  require_slow_enough(s, s.high(), velocity, acceleration);
+  require_slow_enough(s, s.low(), velocity / 2, acceleration);
+  require_slow_enough(s, s.high(), velocity, acceleration / 2);
+  return {};
+}
+
+Outcome move_arrives(Bench& bench) {
+  AxisSession s(bench);
+  s.stand_at(0);
+  for (const double share : {1.0, 0.0, 0.3, 0.7, 0.1}) s.arrive(s.at(share));
+  // A move to where it stands is over at once, too.
+  s.arrive(s.at(0.1));
+  return {};
+}
+
+Outcome new_target_while_moving(Bench& bench) {
+  AxisSession s(bench);
+  // On in the same direction, and back.
+  for (const double second : {0.9, 0.1}) {
+    s.stand_at(0);
+    s.start(s.at(0.7));
+    s.wait_under_way(s.low(), 0.15 * (s.high() - s.low()));
+    const auto taken = s.try_move(s.at(second));
+    if (taken) {
+      s.follow_to(s.at(second));
+    } else {
+      require(taken.error().code == ErrorCode::busy,
+              "a new target while it moves is taken over or refused as busy; it answered {}",
+              told(taken.error()));
+      s.follow_to(s.at(0.7));
+    }
+  }
+  return {};
+}
+
+Outcome command_while_homing(Bench& bench) {
+  AxisSession s(bench);
+  s.stand_at(0.9);
+  must(s.try_home(), "home");
+  const bool under_way =
+      s.waiting().until([&] { return s.peer().moving(); }, milliseconds(500), milliseconds(2));
+  if (!under_way) not_proven("homing is over at once: there is nothing to interrupt");
+  const auto taken = s.try_move(s.at(0.5));
+  if (taken) {
+    s.follow_to(s.at(0.5));
+    s.require_true_at_rest(s.state(), "after a move that was taken while homing");
+    return {};
+  }
+  const ErrorCode code = taken.error().code;
+  require(code == ErrorCode::busy || code == ErrorCode::refused,
+          "a move while homing is taken over, busy or refused; it answered {}", told(taken.error()));
+  s.require_true_at_rest(s.wait_until_homed(), "after homing that was asked for a move meanwhile");
+  s.arrive(s.at(0.5));
+  return {};
+}
+
+Outcome disabled_drive(Bench& bench) {
+  AxisSession s(bench);
+  s.stand_at(0.5);
+  must(s.try_enable(false), "enable(false)");
+  require(!s.state().enabled, "state() says enabled after enable(false) succeeded");
+  const auto moved = s.try_move(s.at(0.8));
+  if (moved) {
+    s.follow_to(s.at(0.8));
+    require(s.state().enabled, "the axis moved, and state() says that it has no power");
+  } else {
+    require(moved.error().code == ErrorCode::refused || moved.error().code == ErrorCode::device,
+            "without power a move is refused or a device error; it answered {}", told(moved.error()));
+    s.require_stays(milliseconds(300), true, "after a move was refused for want of power");
+  }
+  s.make_ready();
+  s.arrive(s.at(0.2));
+  return {};
+}
+
+Outcome nonsense_is_refused(Bench& bench) {
+  AxisSession s(bench);
+  s.stand_at(0.5);
+  const double v = s.test().velocity_rad_s;
+  const double a = s.test().acceleration_rad_s2;
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    require(!s.try_move(bad, v, a), "a move to {} was accepted", bad);
+    require(!s.try_move(s.at(0.8), bad, a), "a move with a velocity of {} was accepted", bad);
+    require(!s.try_move(s.at(0.8), v, bad), "a move with an acceleration of {} was accepted", bad);
+  }
+  s.require_stays(milliseconds(300), true, "after moves that were refused");
+  s.arrive(s.at(0.8));
+  return {};
+}
+
+Outcome daemon_death(Bench& bench) {
+  AxisSession s(bench);
+  s.stand_at(0);
+  s.start(s.high());
+  s.wait_under_way(s.low(), 0.2 * (s.high() - s.low()));
+  s.close();
+  // Whether the device ends its move without us or stops: it is at rest before the next opening.
+  s.wait_peer_stands(s.longest(s.high() - s.low()), "after the module was closed in the middle of a move");
+  s.require_stays(milliseconds(200), false, "with the module closed");
+  const double stands = s.peer().position_rad();
+  s.open();
+  const AxisState found = s.state();
+  s.require_true_at_rest(found, "opened again");
+  s.require_stays(milliseconds(500), true, "opened again");
+  require(std::abs(s.peer().position_rad() - stands) <= s.step(), "opening moved the device from {} to {}",
+          deg(stands), deg(s.peer().position_rad()));
+  s.require_refusal_unless_homed("opened again");
+  s.make_ready();
+  s.arrive(s.at(0.3));
+  // Opened while it is still under way: it is said to move.
+  s.arrive(s.low());
+  s.start(s.high());
+  s.wait_under_way(s.low(), 0.1 * (s.high() - s.low()));
+  s.close();
+  s.open();
+  s.require_true(s.state(), "opened again in the middle of a move");
+  must(s.try_stop(), "stop after opening again");
+  s.wait_peer_stands(s.braking(), "after stop");
+  s.require_true_at_rest(s.wait_until_still(s.braking()), "stopped after opening again");
+  return {};
+}
+
+Outcome power_cycle_while_away(Bench& bench) {
+  AxisSession s(bench);
+  s.stand_at(0.3);
+  s.close();
+  if (!s.peer().forget_reference()) {
+    if (s.capabilities().keeps_position_unpowered) does_not_concern("keeps its position without power");
+    not_proven("this bench cannot cycle the device's power");
+  }
+  s.open();
+  require(!s.state().homed,
+          "state() says homed, and the device lost its reference while the module was closed");
+  s.require_refusal_unless_homed("opened after a power cycle");
+  s.make_ready();
+  s.arrive(s.at(0.7));
+  return {};
+}
+
+}  // namespace
+
+std::vector<Check> axis_move_checks() {
+  return {{"axis: capabilities are true", capabilities_are_true},
+          {"axis: a move arrives and proves it", move_arrives},
+          {"axis: a new target while moving", new_target_while_moving},
+          {"axis: a command while homing", command_while_homing},
+          {"axis: no move without power", disabled_drive},
+          {"axis: moves that make no sense", nonsense_is_refused},
+          {"axis: after a daemon death", daemon_death},
+          {"axis: a power cycle while away", power_cycle_while_away}};
+}
+
+}  // namespace rig::drivers::conformance

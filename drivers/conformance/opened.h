@@ -1,0 +1,74 @@
+// A module while it is open, and the one device of it that a check is about.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/conformance/bench.h"
+#include "drivers/conformance/ending.h"
+#include "drivers/conformance/waiting.h"
+
+namespace rig::drivers::conformance {
+
+/// How long a device that came back, or whose answers are whole again, may take until it answers the same
+/// Device object.
+inline constexpr base::Duration kBackWithin = std::chrono::seconds(10);
+/// How long it may take until a device that is gone is called lost.
+inline constexpr base::Duration kLostWithin = std::chrono::seconds(5);
+/// The longest one call may take, whatever the wire does: rigd's own deadlines for a call (1 s of an axis and
+/// of lines, 2 s of a camera and of a light), and what a busy machine adds.
+inline constexpr base::Duration kAxisCall = std::chrono::milliseconds(1500);
+inline constexpr base::Duration kLinesCall = std::chrono::milliseconds(1500);
+inline constexpr base::Duration kCameraCall = std::chrono::milliseconds(2500);
+inline constexpr base::Duration kLightCall = std::chrono::milliseconds(2500);
+/// How long a fault, a limit or a level may take until it shows.
+inline constexpr base::Duration kShownWithin = std::chrono::seconds(2);
+
+/// Opens the module's devices at once and holds them until close().
+template <typename Kind>
+class Opened {
+ public:
+  Opened(Bench& bench, std::string device) : bench_(bench), name_(std::move(device)) { open(); }
+
+  [[nodiscard]] Kind& device() { return *device_; }
+  [[nodiscard]] bool is_open() const { return device_ != nullptr; }
+
+  /// The module's devices end; what is at the other end of the wire goes on.
+  void close() {
+    device_ = nullptr;
+    devices_.clear();
+  }
+
+  void open() {
+    close();
+    devices_ = must(bench_.open(), "opening the module");
+    for (Device& one : devices_) {
+      if (one.name != name_) continue;
+      auto* found = std::get_if<std::unique_ptr<Kind>>(&one.is);
+      require(found != nullptr && *found != nullptr, "the module's device '{}' is of another kind", name_);
+      device_ = found->get();
+    }
+    require(device_ != nullptr, "the module offers no device '{}'", name_);
+  }
+
+ private:
+  Bench& bench_;
+  const std::string name_;
+  std::vector<Device> devices_;
+  Kind* device_ = nullptr;
+};
+
+/// Calls, and fails the check where the call took longer than `bound`.
+template <typename Call>
+auto timed(const base::Clock& clock, base::Duration bound, std::string_view what, Call&& call)
+    -> decltype(call()) {
+  const Stopwatch watch(clock);
+  auto answer = call();
+  const base::Duration took = watch.elapsed();
+  require(took <= bound, "{} took {:.3f} s; a call has to return within {:.3f} s", what,
+          base::to_seconds(took), base::to_seconds(bound));
+  return answer;
+}
+
+}  // namespace rig::drivers::conformance

@@ -1,0 +1,133 @@
+// rig-sim-tic: a simulated Pololu Tic, plugged into this machine's USB through the kernel's virtual host
+// controller, or at a Unix socket. For tests; not installed. Orders come as lines on standard input.
+#include <chrono>
+#include <cstdio>
+#include <map>
+#include <poll.h>
+#include <unistd.h>
+
+#include "core/base/command_line.h"
+#include "core/base/interrupt.h"
+#include "sim/wire/control_socket.h"
+#include "sim/wire/tic.h"
+#include "sim/wire/tic_orders.h"
+#include "sim/wire/vhci.h"
+
+namespace {
+
+using namespace rig;
+using namespace rig::sim::wire;
+
+struct Options {
+  TicWorld world;
+  TicSettingBytes settings = tic_factory_settings();
+  std::string socket;
+};
+
+// What the Tic hangs on: the USB of this machine, or a socket.
+class Place {
+ public:
+  Place(Tic& tic, std::string socket) : tic_(tic), path_(std::move(socket)) {}
+
+  base::Result<void> plug() {
+    if (socket_ || vhci_) return {};
+    const auto handler = [this](const SetupPacket& setup, std::span<const std::uint8_t> out) {
+      return tic_.control(setup, out);
+    };
+    if (!path_.empty()) {
+      socket_ = std::make_unique<ControlSocket>(path_, handler);
+      return {};
+    }
+    auto plugged = VhciPlug::plug_in(handler, UsbSpeed::full);
+    if (!plugged) return base::pass(plugged);
+    vhci_ = std::move(*plugged);
+    return {};
+  }
+  void unplug() {
+    socket_.reset();
+    vhci_.reset();
+  }
+
+ private:
+  Tic& tic_;
+  const std::string path_;
+  std::unique_ptr<ControlSocket> socket_;
+  std::unique_ptr<VhciPlug> vhci_;
+};
+
+int complain(const base::Error& error) {
+  std::fprintf(stderr, "rig-sim-tic: %s\n", error.text().c_str());
+  return 1;
+}
+
+void obey(Tic& tic, Place& place, const std::string& line) {
+  if (line == "unplug") return place.unplug();
+  if (line == "plug") {
+    if (const auto done = place.plug(); !done) complain(done.error());
+    return;
+  }
+  const auto said = carry_out_order(tic, line);
+  if (!said) {
+    complain(said.error());
+  } else if (!said->empty()) {
+    std::printf("%s\n", said->c_str());
+    std::fflush(stdout);
+  }
+}
+
+// Until somebody asks it to end; when the orders end the Tic goes on.
+void serve(Tic& tic, Place& place) {
+  constexpr int kTurn_ms = 50;
+  std::string come;
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  while (!base::interrupted()) {
+    if (::poll(&input, 1, kTurn_ms) <= 0) continue;
+    std::array<char, 1024> buffer{};
+    const ssize_t n = ::read(STDIN_FILENO, buffer.data(), buffer.size());
+    if (n <= 0) {
+      input.fd = -1;
+      continue;
+    }
+    come.append(buffer.data(), static_cast<std::size_t>(n));
+    for (auto end = come.find('\n'); end != std::string::npos; end = come.find('\n')) {
+      obey(tic, place, come.substr(0, end));
+      come.erase(0, end + 1);
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("A simulated Pololu Tic on this machine's USB (needs root and the kernel module vhci-hcd).");
+  Options options;
+  std::vector<std::string> settings;
+  const std::map<std::string, TicProduct> products{{"T825", TicProduct::t825}, {"T834", TicProduct::t834},
+                                                   {"T500", TicProduct::t500}, {"N825", TicProduct::n825},
+                                                   {"T249", TicProduct::t249}, {"36v4", TicProduct::v36}};
+  app.add_option("--product", options.world.product, "T825 (default), T834, T500, N825, T249, 36v4")
+      ->transform(CLI::CheckedTransformer(products));
+  app.add_option("--serial", options.world.serial, "serial number")->capture_default_str();
+  app.add_option("--socket", options.socket, "serve at this Unix socket in place of USB");
+  app.add_option("--set", settings, "a byte of the settings, as in 0x41=3; may be repeated");
+  app.add_option("--reverse-switch", options.world.reverse_switch_at, "microsteps from power-up")
+      ->capture_default_str();
+  app.add_option("--forward-switch", options.world.forward_switch_at, "microsteps from power-up")
+      ->capture_default_str();
+  app.add_option("--reverse-stop", options.world.reverse_stop_at, "microsteps from power-up")
+      ->capture_default_str();
+  app.add_option("--forward-stop", options.world.forward_stop_at, "microsteps from power-up")
+      ->capture_default_str();
+  if (const auto status = base::parse_command_line(app, argc, argv)) return *status;
+  for (const std::string& each : settings) {
+    if (const auto done = change_setting(options.settings, each); !done) return complain(done.error());
+  }
+  base::catch_interrupts();
+  Tic tic(options.world, options.settings);
+  Place place(tic, options.socket);
+  if (const auto plugged = place.plug(); !plugged) return complain(plugged.error());
+  std::printf("ready\n");
+  std::fflush(stdout);
+  serve(tic, place);
+  return 0;
+}

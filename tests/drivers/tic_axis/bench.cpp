@@ -1,0 +1,135 @@
+#include "tests/drivers/tic_axis/bench.h"
+
+#include "core/base/units.h"
+#include "drivers/host/module_loader.h"
+#include "tests/drivers/tic_axis/lab.h"
+
+namespace rig::drivers::tic::test {
+
+namespace {
+
+using base::radians;
+using sim::wire::ControlSocket;
+
+constexpr double kCountsPerDeg = 40;
+
+sim::wire::TicSettingBytes bench_settings() {
+  sim::wire::TicSettingBytes settings = lab_settings();
+  settings[0x08] = 0;  // an error of the motor driver stays until it is cleared
+  return settings;
+}
+
+class TicWire final : public conformance::Wire {
+ public:
+  explicit TicWire(ControlSocket& socket) : socket_(socket) {}
+  bool cut() override {
+    socket_.cut();
+    return true;
+  }
+  bool restore() override {
+    socket_.restore();
+    return true;
+  }
+  bool spoil(conformance::Spoil how, int answers) override {
+    socket_.spoil(as_socket(how), answers);
+    return true;
+  }
+
+ private:
+  static ControlSocket::Spoil as_socket(conformance::Spoil how) {
+    switch (how) {
+      case conformance::Spoil::missing:
+        return ControlSocket::Spoil::missing;
+      case conformance::Spoil::garbage:
+        return ControlSocket::Spoil::garbage;
+      case conformance::Spoil::late:
+        return ControlSocket::Spoil::late;
+      case conformance::Spoil::duplicate:
+        return ControlSocket::Spoil::duplicate;
+    }
+    return ControlSocket::Spoil::missing;
+  }
+
+  ControlSocket& socket_;
+};
+
+class TicPeer final : public conformance::AxisPeer {
+ public:
+  explicit TicPeer(sim::wire::Tic& tic) : tic_(tic) {}
+  [[nodiscard]] double position_rad() override { return radians(tic_.motor_position() / kCountsPerDeg); }
+  [[nodiscard]] bool moving() override { return tic_.velocity() != 0; }
+  [[nodiscard]] int stops_seen() override { return tic_.stops_seen(); }
+  bool set_limit(bool high, bool active) override {
+    tic_.press_limit(high, active);
+    return true;
+  }
+  bool set_fault(bool on) override {
+    tic_.set_driver_error(on);
+    return true;
+  }
+  bool forget_reference() override {
+    tic_.power_cycle();
+    return true;
+  }
+
+ private:
+  sim::wire::Tic& tic_;
+};
+
+class TicBench final : public conformance::Bench {
+ public:
+  TicBench()
+      : lab_({}, bench_settings()),
+        clock_(base::make_system_clock()),
+        wire_(lab_.socket),
+        peer_(lab_.tic),
+        table_(base::ConfigTable::parse(lab_.table(), "rig.toml")),
+        entry_(load_module("tic_axis", {std::filesystem::path(RIG_BINARY_DIR) / "lib"})) {}
+
+  [[nodiscard]] std::string name() const override { return "tic_axis"; }
+  [[nodiscard]] base::Result<std::vector<Device>> open() override {
+    if (!table_) return base::pass(table_);
+    if (!entry_) return base::pass(entry_);
+    return (*entry_)->open(
+        {"tic", *table_, lab_.folder.path(), *clock_, [](base::LogLevel, std::string_view) {}});
+  }
+  [[nodiscard]] base::Clock& clock() override { return *clock_; }
+  void reset() override {
+    lab_.socket.spoil(ControlSocket::Spoil::missing, 0);
+    lab_.socket.restore();
+    lab_.tic.press_limit(true, false);
+    lab_.tic.press_limit(false, false);
+    lab_.tic.set_driver_error(false);
+    lab_.tic.put_motor(0);
+    lab_.tic.power_cycle();
+  }
+  [[nodiscard]] conformance::Wire& wire() override { return wire_; }
+  [[nodiscard]] std::optional<conformance::AxisUnderTest> axis() override {
+    conformance::AxisUnderTest test;
+    test.device = "arm";
+    test.peer = &peer_;
+    test.low_rad = radians(-40);
+    test.high_rad = radians(40);
+    test.velocity_rad_s = radians(80);
+    test.acceleration_rad_s2 = radians(300);
+    // A stop waits for the transfer in flight, at the worst for a feeding whose answer does not come: 50 ms.
+    test.stop_bound = std::chrono::milliseconds(100);
+    return test;
+  }
+
+ private:
+  LabTic lab_;
+  const std::unique_ptr<base::Clock> clock_;
+  TicWire wire_;
+  TicPeer peer_;
+  const base::Result<base::ConfigTable> table_;
+  const base::Result<const ModuleEntry*> entry_;
+};
+
+}  // namespace
+
+std::unique_ptr<conformance::Bench> make_bench() {
+  return std::make_unique<TicBench>();
+}
+
+}  // namespace rig::drivers::tic::test
