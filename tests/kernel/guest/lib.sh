@@ -44,3 +44,10 @@ contains() { # extended regular expression
 expect_refused() { # command
   if "$@"; then fail "was not refused: $*"; fi
 }
+
+# USB devices that are programs can be plugged in: those who wait for devices hear of it, and their nodes get their groups.
+start_usb() {
+  modprobe vhci-hcd
+  /lib/systemd/systemd-udevd --daemon
+  on_exit udevadm control --exit
+}

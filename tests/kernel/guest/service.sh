@@ -1,6 +1,7 @@
-# For the cases of the suite "service": rigd as docs/operations.md has it installed, on the virtual rig with frames of
-# 160 x 120 painted from a hash. Each case gets a rigd without a past.
+# For the cases of the suite "service": rigd as docs/operations.md has it installed, on the virtual rig. Each case gets a
+# rigd without a past.
 # shellcheck shell=bash
+. "$KERNEL_TESTS/guest/job.sh"
 
 shipped=$(dirname "$(systemctl show -P FragmentPath rigd)")/../../../share/rigd/virtual/rig.toml
 
@@ -9,9 +10,7 @@ install_rigd() {
   systemd-tmpfiles --create
   {
     printf '%s\n' 'sockets.observe_group = "rig-observe"' 'sockets.operate_group = "rig-operate"'
-    sed -e 's/width = 1600/width = 160/' -e 's/height = 1200/height = 120/' -e 's/\(f[xy]_px\) = 6000.0/\1 = 600.0/' \
-      -e 's/cx_px = 803.2/cx_px = 80.3/' -e 's/cy_px = 596.4/cy_px = 59.6/' \
-      -e 's/readout_ms = 500.0/&\nrender = "hash"/' "$shipped"
+    tiny_rig "$shipped"
   } >/etc/rigd/rig.toml
   rm -rf /var/lib/rigd /srv/rigd/*
   person alice rig-operate
@@ -71,17 +70,9 @@ expect_made_safe() {
   expect_logged '^light: shutter closed$'
 }
 
-# A job of so many poses; an operator hands it in and may read what comes of it.
+# An operator hands in a job of so many poses, and may read what comes of it.
 submit_job() { # poses
-  local i
-  {
-    printf '%s\n' 'format = 1' 'name = "night"' 'sample = "chart"' '[exposure]' 'strategy = "fixed"' \
-      'exposures_us = [60000, 8000]' '[poses]' 'angles_deg = ['
-    for ((i = 0; i < $1; ++i)); do
-      printf '  [%d, %d, %d, %d],\n' $((30 + i % 90)) $((i % 2 * 24 - 12)) $((40 - i % 80)) $((95 + i % 40))
-    done
-    printf ']\n'
-  } >"$scratch/job.toml"
+  write_job "$1" >"$scratch/job.toml"
   chmod 755 "$scratch"
   as alice rig job submit "$scratch/job.toml" --scan /srv/rigd/night --wait 30
 }
