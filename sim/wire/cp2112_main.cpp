@@ -1,0 +1,98 @@
+// rig-sim-cp2112: a simulated CP2112 on this machine's USB, through the kernel's virtual host controller. For
+// tests; not installed. Orders come as lines on standard input.
+#include <array>
+#include <cstdio>
+#include <poll.h>
+#include <unistd.h>
+
+#include "core/base/command_line.h"
+#include "core/base/interrupt.h"
+#include "sim/wire/cp2112_orders.h"
+#include "sim/wire/vhci.h"
+
+namespace {
+
+using namespace rig;
+using namespace rig::sim::wire;
+
+int complain(const base::Error& error) {
+  std::fprintf(stderr, "rig-sim-cp2112: %s\n", error.text().c_str());
+  return 1;
+}
+
+class Socket {
+ public:
+  explicit Socket(Cp2112& chip) : chip_(chip) {}
+
+  base::Result<void> plug() {
+    if (plugged_) return {};
+    chip_.power_cycle();
+    auto plugged =
+        VhciPlug::plug_in([this](const SetupPacket& setup,
+                                 std::span<const std::uint8_t> out) { return chip_.control(setup, out); },
+                          UsbSpeed::full);
+    if (!plugged) return base::pass(plugged);
+    plugged_ = std::move(*plugged);
+    return {};
+  }
+  void unplug() { plugged_.reset(); }
+
+ private:
+  Cp2112& chip_;
+  std::unique_ptr<VhciPlug> plugged_;
+};
+
+void obey(Cp2112& chip, Socket& socket, const std::string& line) {
+  base::Result<std::string> said;
+  if (line == "unplug") {
+    socket.unplug();
+  } else if (line == "plug") {
+    if (auto done = socket.plug(); !done) said = base::pass(done);
+  } else {
+    said = carry_out_order(chip, line);
+  }
+  if (!said) {
+    complain(said.error());
+    return;
+  }
+  std::printf("%s\n", said->empty() ? "ok" : said->c_str());
+  std::fflush(stdout);
+}
+
+// Until somebody asks it to end; when the orders end the chip goes on.
+void serve(Cp2112& chip, Socket& socket) {
+  constexpr int kTurn_ms = 50;
+  std::string come;
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  while (!base::interrupted()) {
+    if (::poll(&input, 1, kTurn_ms) <= 0) continue;
+    std::array<char, 1024> buffer{};
+    const ssize_t n = ::read(STDIN_FILENO, buffer.data(), buffer.size());
+    if (n <= 0) {
+      input.fd = -1;
+      continue;
+    }
+    come.append(buffer.data(), static_cast<std::size_t>(n));
+    for (auto end = come.find('\n'); end != std::string::npos; end = come.find('\n')) {
+      obey(chip, socket, come.substr(0, end));
+      come.erase(0, end + 1);
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("A simulated CP2112 on this machine's USB (needs root and the kernel module vhci-hcd).");
+  std::string serial = "00801234";
+  app.add_option("--serial", serial, "serial number")->capture_default_str();
+  if (const auto status = base::parse_command_line(app, argc, argv)) return *status;
+  base::catch_interrupts();
+  Cp2112 chip(serial);
+  Socket socket(chip);
+  if (const auto plugged = socket.plug(); !plugged) return complain(plugged.error());
+  std::printf("ready\n");
+  std::fflush(stdout);
+  serve(chip, socket);
+  return 0;
+}
