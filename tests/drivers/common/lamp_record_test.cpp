@@ -10,15 +10,14 @@
 namespace rig::drivers {
 namespace {
 
-using base::seconds;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 std::vector<std::string> logged;
 void log_it(base::LogLevel /*level*/, std::string_view message) {
   logged.emplace_back(message);
 }
 
-class Lamp : public testing::Test {
+class Lamp : public ::testing::Test {
  protected:
   Lamp() { logged.clear(); }
   [[nodiscard]] LampRecord open() {
@@ -30,7 +29,7 @@ class Lamp : public testing::Test {
 
   test::TemporaryFolder folder_;
   const std::filesystem::path file_ = folder_ / "light.hours";
-  test::SetClock clock_;
+  testing::SetClock clock_;
 };
 
 TEST_F(Lamp, ANewOneHasNoHours) {
@@ -42,18 +41,18 @@ TEST_F(Lamp, ANewOneHasNoHours) {
 TEST_F(Lamp, HoursAreTheTimeBetweenLooks) {
   auto lamp = open();
   lamp.note(false);
-  clock_.pass(seconds(1800));
+  clock_.pass(1800);
   lamp.note(true);
   EXPECT_DOUBLE_EQ(lamp.hours(), 0);
-  clock_.pass(seconds(1800));
+  clock_.pass(1800);
   EXPECT_DOUBLE_EQ(lamp.lit_for_s(), 1800);
   lamp.note(true);
   EXPECT_DOUBLE_EQ(lamp.hours(), 0.5);
-  clock_.pass(seconds(1800));
+  clock_.pass(1800);
   lamp.note(false);
   EXPECT_DOUBLE_EQ(lamp.hours(), 1);
   EXPECT_DOUBLE_EQ(lamp.lit_for_s(), 0);
-  clock_.pass(seconds(1800));
+  clock_.pass(1800);
   lamp.note(false);
   EXPECT_DOUBLE_EQ(lamp.hours(), 1);
 }
@@ -62,14 +61,14 @@ TEST_F(Lamp, TheyAreKeptBetweenRuns) {
   {
     auto lamp = open();
     lamp.note(true);
-    clock_.pass(seconds(3600));
+    clock_.pass(3600);
     lamp.note(false);
   }
   EXPECT_EQ(kept(), "lamp 1\nhours 1\nlit_at_ns 0\n");
-  clock_.pass(seconds(3600));
+  clock_.pass(3600);
   auto lamp = open();
   lamp.note(true);
-  clock_.pass(seconds(1800));
+  clock_.pass(1800);
   lamp.note(true);
   EXPECT_DOUBLE_EQ(lamp.hours(), 1.5);
 }
@@ -80,11 +79,11 @@ TEST_F(Lamp, WhileItBurnsTheyAreOnTheDiskOnceAMinute) {
   const std::string lit = kept();
   EXPECT_THAT(lit, HasSubstr("hours 0\n"));
   for (int s = 0; s < 59; ++s) {
-    clock_.pass(seconds(1));
+    clock_.pass(1);
     lamp.note(true);
   }
   EXPECT_EQ(kept(), lit);
-  clock_.pass(seconds(1));
+  clock_.pass(1);
   lamp.note(true);
   EXPECT_NE(kept(), lit);
   EXPECT_THAT(kept(), HasSubstr("hours 0.0166"));
@@ -95,7 +94,7 @@ TEST_F(Lamp, OneThatBurntOnBetweenRunsIsCountedUpToTwelveHours) {
     auto lamp = open();
     lamp.note(true);
   }
-  clock_.pass(seconds(2 * 3600));
+  clock_.pass(2 * 3600);
   {
     auto lamp = open();
     EXPECT_DOUBLE_EQ(lamp.lit_for_s(), 0);
@@ -103,7 +102,7 @@ TEST_F(Lamp, OneThatBurntOnBetweenRunsIsCountedUpToTwelveHours) {
     EXPECT_DOUBLE_EQ(lamp.hours(), 2);
     EXPECT_DOUBLE_EQ(lamp.lit_for_s(), 0);  // nobody saw that it did not go out
   }
-  clock_.pass(seconds(100 * 3600));
+  clock_.pass(100 * 3600);
   auto lamp = open();
   lamp.note(true);
   EXPECT_DOUBLE_EQ(lamp.hours(), 14);
@@ -113,10 +112,10 @@ TEST_F(Lamp, OneThatWasOutAtTheNextRunIsNotCounted) {
   {
     auto lamp = open();
     lamp.note(true);
-    clock_.pass(seconds(360));
+    clock_.pass(360);
     lamp.note(true);
   }
-  clock_.pass(seconds(7200));
+  clock_.pass(7200);
   auto lamp = open();
   lamp.note(false);
   EXPECT_DOUBLE_EQ(lamp.hours(), 0.1);
@@ -125,14 +124,14 @@ TEST_F(Lamp, OneThatWasOutAtTheNextRunIsNotCounted) {
 TEST_F(Lamp, OneThatWasOutOfSightBeginsToWarmUpAgain) {
   auto lamp = open();
   lamp.note(true);
-  clock_.pass(seconds(3600));
+  clock_.pass(3600);
   lamp.note(true);
   lamp.forget();
   EXPECT_DOUBLE_EQ(lamp.lit_for_s(), 0);
-  clock_.pass(seconds(3600));
+  clock_.pass(3600);
   lamp.note(true);
   EXPECT_DOUBLE_EQ(lamp.hours(), 2);
-  clock_.pass(seconds(60));
+  clock_.pass(60);
   EXPECT_DOUBLE_EQ(lamp.lit_for_s(), 60);
 }
 
@@ -141,7 +140,7 @@ TEST_F(Lamp, AClockThatWasSetBackCountsNothing) {
     auto lamp = open();
     lamp.note(true);
   }
-  clock_.pass(seconds(-3600));
+  clock_.pass(-3600);
   auto lamp = open();
   lamp.note(true);
   EXPECT_DOUBLE_EQ(lamp.hours(), 0);
@@ -164,12 +163,12 @@ TEST_F(Lamp, ADiskThatRefusesIsLoggedOnceAndTheLampGoesOn) {
   std::filesystem::create_directory(file_.string() + ".part");  // nothing can be written beside it
   lamp.note(true);
   EXPECT_EQ(logged.size(), 1U);
-  clock_.pass(seconds(100));
+  clock_.pass(100);
   lamp.note(true);
   EXPECT_EQ(logged.size(), 1U);
   EXPECT_THAT(logged[0], HasSubstr("the lamp's hours are not kept"));
   std::filesystem::remove(file_.string() + ".part");
-  clock_.pass(seconds(100));
+  clock_.pass(100);
   lamp.note(false);
   EXPECT_THAT(kept(), HasSubstr("lit_at_ns 0"));
   EXPECT_EQ(logged.size(), 1U);

@@ -13,7 +13,7 @@ namespace {
 
 using base::ErrorCode;
 using base::fail;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 void log_nothing(base::LogLevel /*level*/, std::string_view /*message*/) {}
 
@@ -43,7 +43,7 @@ class FakeLines final : public DigitalIo {
   const std::shared_ptr<Levels> levels_;
 };
 
-class RelayLightTest : public testing::Test {
+class RelayLightTest : public ::testing::Test {
  protected:
   [[nodiscard]] Result<std::unique_ptr<Light>> make(const RelayLightSettings& settings) {
     return make_relay_light(settings, std::make_unique<FakeLines>(levels_), folder_ / "light.hours", clock_,
@@ -51,7 +51,7 @@ class RelayLightTest : public testing::Test {
   }
 
   test::TemporaryFolder folder_;
-  test::SetClock clock_;
+  testing::SetClock clock_;
   std::shared_ptr<Levels> levels_ = std::make_shared<Levels>();
 };
 
@@ -90,15 +90,15 @@ TEST_F(RelayLightTest, ItIsWarmAfterItsTimeAndNotAfterItWasLost) {
   EXPECT_EQ(light->capabilities().warm_up_s, 300);
   ASSERT_TRUE(light->set_level(1));
   EXPECT_FALSE(light->state().value().warm);
-  clock_.pass(base::seconds(299));
+  clock_.pass(299);
   EXPECT_FALSE(light->state().value().warm);
-  clock_.pass(base::seconds(1));
+  clock_.pass(1);
   EXPECT_TRUE(light->state().value().warm);
   levels_->lost = true;
   EXPECT_EQ(light->state().error().code, ErrorCode::lost);
   levels_->lost = false;
   EXPECT_FALSE(light->state().value().warm);
-  clock_.pass(base::seconds(300));
+  clock_.pass(300);
   EXPECT_TRUE(light->state().value().warm);
 }
 
@@ -107,7 +107,7 @@ TEST_F(RelayLightTest, HoursOutliveIt) {
     const auto light = make({"lamp", "", 0}).value();
     ASSERT_TRUE(light->set_level(1));
     ASSERT_TRUE(light->state());
-    clock_.pass(base::seconds(7200));
+    clock_.pass(7200);
     EXPECT_DOUBLE_EQ(light->state().value().hours, 2);
     ASSERT_TRUE(light->set_level(0));
     ASSERT_TRUE(light->state());

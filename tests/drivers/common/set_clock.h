@@ -1,29 +1,24 @@
-// A clock that stands until a test lets time pass.
+// Time is what the test says. Nothing waits in it.
 #pragma once
+
+#include <algorithm>
 
 #include "core/base/clock.h"
 
-namespace rig::test {
+namespace rig::drivers::testing {
 
 class SetClock final : public base::Clock {
  public:
   [[nodiscard]] base::Time now() const override { return now_; }
-  /// Waiting is over at once: the time until the deadline has passed.
-  bool wait(base::WaitSlot& /*slot*/, std::optional<base::Time> deadline, base::WaitFor /*kind*/) override {
-    if (deadline && *deadline > now_) now_ = *deadline;
-    return false;
-  }
-  void notify(base::WaitSlot& /*slot*/) override {}
+  bool wait(base::WaitSlot&, std::optional<base::Time>, base::WaitFor) override { return true; }
+  void notify(base::WaitSlot&) override {}
   void join() override {}
   void leave() override {}
-  void not_before(base::Time time) override {
-    if (time > now_) now_ = time;
-  }
-
-  void pass(base::Duration time) { now_ += time; }
+  void not_before(base::Time time) override { now_ = std::max(now_, time); }
+  void pass(double seconds) { now_ += base::seconds(seconds); }
 
  private:
-  base::Time now_{std::chrono::hours(24 * 365 * 50)};
+  base::Time now_{base::seconds(1e6)};
 };
 
-}  // namespace rig::test
+}  // namespace rig::drivers::testing

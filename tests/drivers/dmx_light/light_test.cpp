@@ -12,12 +12,12 @@ namespace {
 using base::ErrorCode;
 using sim::wire::DmxPro;
 using std::chrono::milliseconds;
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 
 constexpr std::uint8_t kParameters = 3, kDmx = 6, kSerialNumber = 10, kManufacturer = 77, kNonsense = 0xFF;
 
-class DmxLight : public testing::Test {
+class DmxLight : public ::testing::Test {
  protected:
   void open(const std::string& more = "") {
     devices_.clear();
@@ -41,14 +41,14 @@ class DmxLight : public testing::Test {
     for (int tries = 0; tries < 20; ++tries) {
       auto state = light().state();
       if (state) return state;
-      clock_.pass(base::seconds(1));
+      clock_.pass(1);
     }
     return light().state();
   }
 
   DmxBench bench_;
   DmxPro& widget_ = bench_.widget();
-  test::SetClock clock_;
+  testing::SetClock clock_;
   std::vector<Device> devices_;
 };
 
@@ -110,12 +110,12 @@ TEST_F(DmxLight, ItIsPutOutAgainOnceASecondAndLooksDoNotDisturbIt) {
   ASSERT_TRUE(light().set_level(1));
   const int before = widget_.requests(kDmx);
   for (int i = 0; i < 9; ++i) {
-    clock_.pass(base::seconds(0.1));
+    clock_.pass(0.1);
     ASSERT_TRUE(light().state());
   }
   EXPECT_EQ(widget_.requests(kDmx), before);
   EXPECT_THAT(out(), ElementsAre(255, 255, 0));
-  clock_.pass(base::seconds(0.1));
+  clock_.pass(0.1);
   ASSERT_TRUE(light().state());
   EXPECT_EQ(widget_.requests(kDmx), before + 1);
   EXPECT_GE(widget_.requests(kParameters), 10);
@@ -126,7 +126,7 @@ TEST_F(DmxLight, AWidgetThatForgotIsGivenThePacketAgain) {
   ASSERT_TRUE(light().set_level(1));
   widget_.power_cycle();
   EXPECT_THAT(out(), ElementsAre());
-  clock_.pass(base::seconds(1));
+  clock_.pass(1);
   ASSERT_TRUE(light().state());
   EXPECT_THAT(out(), ElementsAre(255, 255, 0));
 }
@@ -143,14 +143,14 @@ TEST_F(DmxLight, AnotherWidgetInItsPlaceStaysLost) {
   EXPECT_EQ(light().state().error().code, ErrorCode::lost);
   widget_.set_serial("00000001");
   widget_.restore();
-  clock_.pass(base::seconds(1));
+  clock_.pass(1);
   const auto other = light().state();
   ASSERT_FALSE(other);
   EXPECT_EQ(other.error().code, ErrorCode::lost);
   EXPECT_THAT(other.error().text(), HasSubstr("this is widget 00000001, not 02301234"));
   EXPECT_THAT(out(), ElementsAre());
   widget_.set_serial(kSerial);
-  clock_.pass(base::seconds(1));
+  clock_.pass(1);
   EXPECT_TRUE(light().state());
 }
 
@@ -266,7 +266,7 @@ TEST_F(DmxLight, ItWarmsUpAndCountsItsHours) {
   EXPECT_EQ(light().capabilities().warm_up_s, 60);
   ASSERT_TRUE(light().set_level(1));
   EXPECT_FALSE(light().state().value().warm);
-  clock_.pass(base::seconds(60));
+  clock_.pass(60);
   EXPECT_TRUE(light().state().value().warm);
   widget_.cut();
   EXPECT_FALSE(light().state());
@@ -274,7 +274,7 @@ TEST_F(DmxLight, ItWarmsUpAndCountsItsHours) {
   EXPECT_TRUE(state_when_back());
   ASSERT_TRUE(light().set_level(1));
   EXPECT_FALSE(light().state().value().warm);
-  clock_.pass(base::seconds(3540));
+  clock_.pass(3540);
   const double hours = light().state().value().hours;
   EXPECT_GE(hours, 1);
   ASSERT_TRUE(light().set_level(0));

@@ -9,7 +9,7 @@
 namespace rig::drivers::dmx_light {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 DmxSettings read(const std::string& text) {
   const auto table = base::ConfigTable::parse(text, "rig.toml").value();

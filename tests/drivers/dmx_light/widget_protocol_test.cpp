@@ -64,7 +64,7 @@ TEST(WidgetProtocol, NoiseIsPassedOverAndCounted) {
     std::size_t dropped = 0;
     const auto message = take_message(bytes, dropped);
     // A lone beginning takes the next one for its label, and finds no end where it should be.
-    ASSERT_TRUE(message) << testing::PrintToString(noise);
+    ASSERT_TRUE(message) << ::testing::PrintToString(noise);
     EXPECT_EQ(message->label, 10);
     EXPECT_EQ(dropped, noise.size());
   }

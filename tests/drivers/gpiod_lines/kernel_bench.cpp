@@ -65,7 +65,7 @@ base::Result<std::vector<Device>> KernelBench::open() {
 std::string KernelBench::settings(const std::string& emergency_stop) {
   return fmt::format(R"(
 chip = "{}"
-poll_ms = 5
+poll_ms = 50
 [input.emergency_stop]
 offset = 0
 {}
