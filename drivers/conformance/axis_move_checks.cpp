@@ -153,12 +153,11 @@ Outcome nonsense_is_refused(Bench& bench) {
   s.stand_at(0.5);
   const double v = s.test().velocity_rad_s;
   const double a = s.test().acceleration_rad_s2;
-  for (const double bad :
-       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
-    require(!s.try_move(bad, v, a), "a move to {} was accepted", bad);
-    require(!s.try_move(s.at(0.8), bad, a), "a move with a velocity of {} was accepted", bad);
-    require(!s.try_move(s.at(0.8), v, bad), "a move with an acceleration of {} was accepted", bad);
-  }
+  constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+  require(!s.try_move(kNoNumber, v, a), "a move to a target that is no number was accepted");
+  require(!s.try_move(std::numeric_limits<double>::infinity(), v, a), "a move for ever was accepted");
+  require(!s.try_move(s.at(0.8), kNoNumber, a), "a move with a velocity that is no number was accepted");
+  require(!s.try_move(s.at(0.8), v, kNoNumber), "a move with an acceleration that is no number was accepted");
   s.require_stays(milliseconds(300), true, "after moves that were refused");
   s.arrive(s.at(0.8));
   return {};

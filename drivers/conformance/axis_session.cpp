@@ -213,14 +213,23 @@ void AxisSession::recover(std::string_view after) {
 }
 
 void AxisSession::require_refusal_unless_homed(std::string_view when) {
-  if (state().homed || capabilities_.keeps_position_unpowered) return;
+  const AxisState now = state();
+  if (now.homed || capabilities_.keeps_position_unpowered) return;
   const double from = peer().position_rad();
   const double target = std::abs(from - low()) > std::abs(from - high()) ? low() : high();
-  const auto moved = try_move(target);
-  require(!moved, "{}: not homed, and move_to was accepted", when);
-  require(moved.error().code == ErrorCode::refused,
-          "{}: not homed, and move_to answered {} instead of refused", when, told(moved.error()));
-  require_stays(std::chrono::milliseconds(300), false, when);
+  const auto refused = [&](bool powered) {
+    const auto moved = try_move(target);
+    require(!moved, "{}: not homed, and move_to was accepted", when);
+    const ErrorCode code = moved.error().code;
+    require(code == ErrorCode::refused || (!powered && code == ErrorCode::device),
+            "{}: not homed, and move_to answered {} instead of refused", when, told(moved.error()));
+    require_stays(std::chrono::milliseconds(300), false, when);
+  };
+  // A drive without power may say that first.
+  refused(now.enabled);
+  if (now.enabled) return;
+  must(try_enable(true), fmt::format("enable(true) {}", when));
+  if (!state().homed) refused(true);
 }
 
 }  // namespace rig::drivers::conformance

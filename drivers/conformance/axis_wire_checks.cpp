@@ -82,7 +82,7 @@ void while_moving(AxisSession& s, Spoil how, int answers, std::string_view when)
 // One spoilt answer to a reading, to a move, and to readings that follow it, at places that differ each time.
 void a_few(AxisSession& s, Spoil how) {
   double share = 0.1;
-  for (int answers = 1; answers <= 3; ++answers) {
+  for (const int answers : {1, 3}) {
     const std::string when =
         fmt::format("after {} {} answer{}", answers, name_of(how), answers == 1 ? "" : "s");
     share = share > 0.5 ? share - 0.45 : share + 0.4;
@@ -96,6 +96,7 @@ void a_few(AxisSession& s, Spoil how) {
     spoil(s, how, answers);
     const auto moved = s.try_move(s.at(share));
     if (moved) {
+      s.recover(when);
       s.follow_to(s.at(share));
     } else {
       require(right_error(moved.error().code), "{} to a move: it answered {}", when, told(moved.error()));

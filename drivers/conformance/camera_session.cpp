@@ -67,7 +67,7 @@ Result<void> CameraSession::try_trigger(double exposure_s) {
 }
 
 Result<std::optional<FrameInfo>> CameraSession::try_fetch(std::span<std::uint16_t> pixels) {
-  auto answer = timed(clock(), kCameraCall, "fetch", [&] { return camera().fetch(pixels); });
+  auto answer = timed(clock(), kFrameCall, "fetch", [&] { return camera().fetch(pixels); });
   require(frame_.touched() == 0, "fetch wrote {} words outside the buffer that it was given",
           frame_.touched());
   return answer;

@@ -17,10 +17,11 @@ inline constexpr base::Duration kBackWithin = std::chrono::seconds(10);
 /// How long it may take until a device that is gone is called lost.
 inline constexpr base::Duration kLostWithin = std::chrono::seconds(5);
 /// The longest one call may take, whatever the wire does: rigd's own deadlines for a call (1 s of an axis and
-/// of lines, 2 s of a camera and of a light), and what a busy machine adds.
+/// of lines, 2 s of a camera and of a light), and what a busy machine adds. A frame is transferred meanwhile.
 inline constexpr base::Duration kAxisCall = std::chrono::milliseconds(1500);
 inline constexpr base::Duration kLinesCall = std::chrono::milliseconds(1500);
 inline constexpr base::Duration kCameraCall = std::chrono::milliseconds(2500);
+inline constexpr base::Duration kFrameCall = std::chrono::seconds(10);
 inline constexpr base::Duration kLightCall = std::chrono::milliseconds(2500);
 /// How long a fault, a limit or a level may take until it shows.
 inline constexpr base::Duration kShownWithin = std::chrono::seconds(2);

@@ -243,7 +243,7 @@ Result<void> TicAxis::move_to(double target_rad, double velocity_rad_s, double a
     if (!now) return pass(now);
     if (auto ok = acknowledge(link, *now); !ok) return ok;
     if (now->homing)
-      return fail(ErrorCode::refused, "the axis is being homed", where, "wait for its end, or stop it");
+      return fail(ErrorCode::busy, "the axis is being homed", where, "wait for its end, or stop it");
     if (now->position_uncertain)
       return fail(ErrorCode::refused, "the axis is not homed", where, "home it first");
     if (!now->runs()) return not_running(*now, where);

@@ -28,8 +28,10 @@ Result<T> naming(Command command, Result<T> answer) {
 
 Result<void> Link::out(Command command, std::uint16_t value, std::uint16_t index, const RetryPolicy& policy) {
   const ControlRequest request{kVendorOut, static_cast<std::uint8_t>(command), value, index};
-  return naming(
-      command, with_retries(policy, [&] { return noting(transport_->control_out(request, policy.answer)); }));
+  return naming(command, with_retries(policy, [&] {
+                  const std::lock_guard lock(turn_);
+                  return noting(transport_->control_out(request, policy.answer));
+                }));
 }
 
 Result<Bytes> Link::in(Command command, std::uint16_t offset, std::uint16_t length) {

@@ -95,7 +95,8 @@ class SocketTransport final : public Transport {
                     identity_.where);
       }
       std::array<std::uint8_t, kMostBytes> buffer{};
-      const ssize_t n = ::recv(fd_, buffer.data(), buffer.size(), 0);
+      const ssize_t n = ::recv(fd_, buffer.data(), buffer.size(), MSG_DONTWAIT);
+      if (n < 0 && (errno == EAGAIN || errno == EINTR)) continue;
       if (n <= 0) return gone();
       if (n <= static_cast<ssize_t>(kTagBytes) ||
           std::memcmp(buffer.data(), message.data(), kTagBytes) != 0) {
