@@ -97,7 +97,11 @@ bool TicAxis::Errand::done(const Variables& now) const {
 template <typename Use>
 auto TicAxis::with(Use&& use) -> decltype(use(std::declval<Session&>())) {
   heart_.beat();
-  const auto session = connection_.get();
+  auto session = connection_.get();
+  if (session && !(*session)->mismatch().empty() && (*session)->is_mended(tic_)) {
+    connection_.close();
+    session = connection_.get();
+  }
   if (!session) return pass(session);
   const Settings& settings = (*session)->settings();
   has_switches_ = settings.forward_limit_pins != 0 || settings.reverse_limit_pins != 0;
@@ -166,10 +170,14 @@ Result<void> TicAxis::send_rates(Link& link, const Variables& now, std::uint32_t
   return link.write32(Command::set_max_speed, speed);
 }
 
-Result<void> TicAxis::go_home(Session& session, const Variables& now) {
+Result<void> TicAxis::go_home(Session& session, const Variables& found) {
   Link& link = session.link();
   const std::string& where = link.identity().where;
-  if (!now.runs()) return not_running(now, where);
+  if (!found.runs()) return not_running(found, where);
+  const auto ready =
+      read_until(link, kStartsWithin, [](const Variables& v) { return v.operation == Operation::normal; });
+  if (!ready) return pass(ready);
+  const Variables& now = *ready;
   // The speed of the last move would bound the homing's own.
   const auto speed = tic_speed(tic_.axis.scale, tic_.axis.max_velocity_rad_s);
   if (!speed) return pass(speed);

@@ -44,7 +44,7 @@ class TicAxis final : public Axis {
   [[nodiscard]] base::Result<void> acknowledge(Link& link, const Variables& now);
   [[nodiscard]] base::Result<void> halt(Link& link);
   [[nodiscard]] base::Result<void> let_go(Link& link);
-  [[nodiscard]] base::Result<void> go_home(Session& session, const Variables& now);
+  [[nodiscard]] base::Result<void> go_home(Session& session, const Variables& found);
   [[nodiscard]] base::Result<void> set_here(Session& session, const Variables& now);
   [[nodiscard]] base::Result<void> send_rates(Link& link, const Variables& now, std::uint32_t speed,
                                               std::uint32_t accel);

@@ -83,4 +83,10 @@ Result<std::unique_ptr<Session>> Session::open(const TicSettings& tic, const Mod
   return session;
 }
 
+bool Session::is_mended(const TicSettings& tic) {
+  Variables now;
+  const auto met = meet(*link_, tic, now);
+  return met && met->mismatches.empty();
+}
+
 }  // namespace rig::drivers::tic

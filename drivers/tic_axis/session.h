@@ -27,6 +27,8 @@ class Session {
   [[nodiscard]] const Settings& settings() const { return settings_; }
   /// Why it may not move, with the commands that mend it; empty: it may.
   [[nodiscard]] const std::string& mismatch() const { return mismatch_; }
+  /// Reads the Tic's settings again: what did not agree was mended meanwhile. A new session knows it then.
+  [[nodiscard]] bool is_mended(const TicSettings& tic);
 
  private:
   Session() = default;

@@ -459,6 +459,11 @@ TEST_F(TicAxisTest, AMismatchIsAFaultThatSaysHowToMendItAndStopsStillWork) {
   EXPECT_TRUE(axis().stop());
   EXPECT_EQ(lab.tic.velocity(), 0);
   EXPECT_EQ(lab.tic.setting_writes_seen(), 0) << "never silently";
+  // Somebody mends it.
+  lab.tic.set_settings(test::lab_settings());
+  EXPECT_EQ(state().fault, "");
+  EXPECT_TRUE(axis().enable(true));
+  EXPECT_TRUE(state().enabled);
 }
 
 TEST_F(TicAxisTest, SettingsAreWrittenWhereThatIsAskedFor) {

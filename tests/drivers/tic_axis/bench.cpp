@@ -110,7 +110,7 @@ class TicBench final : public conformance::Bench {
     test.peer = &peer_;
     test.low_rad = radians(-40);
     test.high_rad = radians(40);
-    test.velocity_rad_s = radians(80);
+    test.velocity_rad_s = radians(50);
     test.acceleration_rad_s2 = radians(300);
     // A stop waits for the transfer in flight, at the worst for a feeding whose answer does not come: 50 ms.
     test.stop_bound = std::chrono::milliseconds(100);
