@@ -10,7 +10,7 @@ namespace rig::sim {
 
 namespace fs = std::filesystem;
 
-PressWatch::PressWatch(const fs::path& folder, std::string name)
+PressWatch::PressWatch(const fs::path& folder, const std::string& name)
     : path_(folder / name), fd_(::inotify_init1(IN_NONBLOCK | IN_CLOEXEC)) {
   if (fd_ >= 0) (void)::inotify_add_watch(fd_, folder.c_str(), IN_CREATE | IN_MOVED_TO);
 }

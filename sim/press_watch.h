@@ -11,7 +11,7 @@ class PressWatch {
  public:
   /// Watches for `name` in a folder that exists. Where the kernel has no watch left, only a file that is
   /// there when somebody looks is seen.
-  PressWatch(const std::filesystem::path& folder, std::string name);
+  PressWatch(const std::filesystem::path& folder, const std::string& name);
   ~PressWatch();
   PressWatch(const PressWatch&) = delete;
   PressWatch& operator=(const PressWatch&) = delete;

@@ -1,5 +1,6 @@
 #include "drivers/common/counts.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 

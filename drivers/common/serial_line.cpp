@@ -1,5 +1,6 @@
 #include "drivers/common/serial_line.h"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -9,6 +10,7 @@
 #include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
+#include <utility>
 
 namespace rig::drivers {
 
@@ -139,6 +141,7 @@ Result<void> SerialLine::write(std::string_view bytes, milliseconds within) {
 }
 
 Result<bool> SerialLine::take_in(Steady::time_point deadline) {
+  bool hung_up = false;
   while (true) {
     std::array<char, 1024> buffer{};
     const ssize_t n = ::read(fd_, buffer.data(), buffer.size());
@@ -147,13 +150,12 @@ Result<bool> SerialLine::take_in(Steady::time_point deadline) {
       return true;
     }
     if (n < 0 && errno != EAGAIN && errno != EINTR) return lost(std::strerror(errno));
+    // A line that hung up is readable for ever; what came before it did is read first.
+    if (hung_up) return lost("hung up");
     pollfd wait{fd_, POLLIN, 0};
     const int ready = ::poll(&wait, 1, time_left_ms(deadline));
     if (ready == 0) return false;
-    // Bytes that came before the hang-up are read first.
-    if (ready > 0 && (wait.revents & POLLIN) == 0) return lost("hung up");
-    // A terminal that is readable and gives nothing has hung up, too.
-    if (ready > 0 && n == 0 && (wait.revents & (POLLHUP | POLLERR)) != 0) return lost("hung up");
+    hung_up = ready > 0 && (wait.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0;
   }
 }
 
@@ -194,10 +196,21 @@ Result<std::string> SerialLine::read_exactly(std::size_t count, milliseconds wit
   return bytes;
 }
 
+Result<std::string> SerialLine::read_some(Steady::time_point deadline) {
+  if (come_.empty()) {
+    auto more = take_in(deadline);
+    if (!more) return pass(more);
+  }
+  return std::exchange(come_, {});
+}
+
 Result<std::string> SerialLine::read_waiting() {
-  auto more = take_in(Steady::now());
-  while (more && *more) more = take_in(Steady::now());
-  if (!more) return pass(more);
+  constexpr std::size_t kMost = 100'000;
+  while (come_.size() < kMost) {
+    auto more = take_in(Steady::now());
+    if (!more) return pass(more);
+    if (!*more) break;
+  }
   return std::exchange(come_, {});
 }
 

@@ -40,7 +40,10 @@ class SerialLine {
                                                      std::size_t most = 4096);
   /// Exactly `count` bytes.
   [[nodiscard]] base::Result<std::string> read_exactly(std::size_t count, std::chrono::milliseconds within);
-  /// Whatever has come so far, possibly nothing; does not wait.
+  /// What has come by `deadline` at the latest: as soon as there is anything. Empty: nothing came.
+  [[nodiscard]] base::Result<std::string> read_some(std::chrono::steady_clock::time_point deadline);
+  /// Whatever has come so far, possibly nothing; does not wait. Of a line that never falls silent about a
+  /// tenth of a megabyte at a time.
   [[nodiscard]] base::Result<std::string> read_waiting();
   /// Drops what has come and nobody read.
   void discard_input();

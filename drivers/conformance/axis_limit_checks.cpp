@@ -9,7 +9,6 @@ namespace rig::drivers::conformance {
 
 namespace {
 
-using base::ErrorCode;
 using std::chrono::milliseconds;
 
 // How far a device may go on into a limit switch: it hardly starts.

@@ -59,7 +59,7 @@ AxisState require_back(AxisSession& s, std::string_view when) {
   s.require_stays(milliseconds(700), true, fmt::format("{}, and back", when));
   require(std::abs(s.peer().position_rad() - stands) <= s.step(), "{}, and back: the device moved by itself",
           when);
-  const AxisState now = s.wait_until_still(s.braking());
+  AxisState now = s.wait_until_still(s.braking());
   s.require_true_at_rest(now, fmt::format("{}, and back", when));
   s.require_refusal_unless_homed(fmt::format("{}, and back", when));
   return now;

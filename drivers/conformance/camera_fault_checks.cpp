@@ -7,7 +7,6 @@ namespace rig::drivers::conformance {
 namespace {
 
 using base::ErrorCode;
-using base::seconds;
 using std::chrono::milliseconds;
 
 // As rigd goes on after a frame that did not come.

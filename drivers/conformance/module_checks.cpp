@@ -46,7 +46,7 @@ void require_no_growth(const ProcessUse& before, const ProcessUse& after, int cy
           cycles, before.threads);
   // A hundred bytes an opening are somebody's object; far less is how the heap breathes.
   constexpr std::size_t kBytesEach = 100;
-  constexpr std::size_t kBreath = 64 * 1024;
+  constexpr std::size_t kBreath = std::size_t{64} * 1024;
   const std::size_t heap_bound = before.heap_bytes + kBreath + kBytesEach * static_cast<std::size_t>(cycles);
   require(after.heap_bytes <= heap_bound, "{} bytes on the heap after {} openings more, {} before",
           after.heap_bytes, cycles, before.heap_bytes);

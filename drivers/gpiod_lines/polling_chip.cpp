@@ -10,8 +10,6 @@
 
 namespace rig::drivers::gpiod_lines {
 
-using base::pass;
-
 namespace {
 
 class PollingChip final : public LineChip {
@@ -38,7 +36,7 @@ class PollingChip final : public LineChip {
   [[nodiscard]] Result<bool> level(std::size_t line) override {
     const std::lock_guard lock(mutex_);
     if (!polled_.at(line)) return chip_->level(line);
-    const auto level = chip_->level(line);
+    auto level = chip_->level(line);
     if (level) note(*polled_[line], *level);
     return level;
   }

@@ -121,6 +121,7 @@ LinesSettings read_lines_settings(const base::ConfigTable& settings) {
 
 std::vector<Line> lines_of(const LinesSettings& settings) {
   std::vector<Line> lines;
+  lines.reserve(settings.lines.size());
   for (const LineSettings& line : settings.lines) lines.push_back({line.request.name, line.request.output});
   return lines;
 }

@@ -102,7 +102,7 @@ UsbDescription cp2112_description(const std::string& serial) {
   return made;
 }
 
-Cp2112::Cp2112(std::string serial) : standard_(cp2112_description(serial)), smbus_(usual_smbus()) {}
+Cp2112::Cp2112(const std::string& serial) : standard_(cp2112_description(serial)), smbus_(usual_smbus()) {}
 
 bool Cp2112::Pin::high() const {
   if (driven) return *driven;

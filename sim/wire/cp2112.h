@@ -20,7 +20,7 @@ class Cp2112 {
   static constexpr unsigned int kPins = 8;
   using Time = std::chrono::steady_clock::time_point;
 
-  explicit Cp2112(std::string serial);
+  explicit Cp2112(const std::string& serial);
 
   /// A transfer over the control endpoint, descriptors and reports of HID included: for a UsbIpDevice. Any
   /// thread, as all below.

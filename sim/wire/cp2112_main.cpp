@@ -82,6 +82,7 @@ void serve(Cp2112& chip, Socket& socket) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(bugprone-exception-escape): what is thrown here is a bug and shall end the program as one.
 int main(int argc, char** argv) {
   CLI::App app("A simulated CP2112 on this machine's USB (needs root and the kernel module vhci-hcd).");
   std::string serial = "00801234";

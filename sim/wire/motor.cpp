@@ -74,14 +74,17 @@ void Motor::advance(Time now) {
     if (mode_ == Mode::run) wanted = cruise_;
     if (mode_ == Mode::move) {
       const double way = target_ - position_;
-      // The fastest from which it still can stop at the target.
-      wanted = std::copysign(std::min(cruise_, std::sqrt(2 * acceleration_ * std::abs(way))), way);
-      if (std::abs(way) <= std::max(std::abs(speed_) * dt, 1e-6) && std::abs(speed_) <= 2 * change) {
+      constexpr double kThere = 1e-6;
+      if (std::abs(way) <= kThere && std::abs(speed_) <= 2 * change) {
         position_ = target_;
         speed_ = 0;
         mode_ = Mode::rest;
         break;
       }
+      // The fastest from which it can still stop at the target after this step: v dt + v^2 / 2a = way.
+      const double a = acceleration_;
+      const double most = a * (std::sqrt(dt * dt + 2 * std::abs(way) / a) - dt);
+      wanted = std::copysign(std::min(cruise_, most), way);
     }
     speed_ = towards(speed_, wanted, change);
     position_ += speed_ * dt;

@@ -156,7 +156,7 @@ TEST_F(ConditionsTest, AHotLampSuspendsUntilItHasCooled) {
 TEST_F(ConditionsTest, AHotCameraSuspendsUntilItHasCooled) {
   setup_.rig.unattended.suspend.max_temperature_c = 60;
   restart();
-  run_to_third_pose();
+  run_to_third_pose(small_job(60));  // the camera is asked every ten seconds
   model_->camera_temperature_c = 61;
   run_until([&] { return resting(); });
   EXPECT_EQ(suspensions(), Strings{"+temperature"});

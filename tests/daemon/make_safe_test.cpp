@@ -13,11 +13,11 @@ namespace {
 using Tell = std::function<void(SafePart)>;
 
 TEST(MakeSafe, WhatHangsIsToldAndTheRestIsDone) {
-  // Left behind with its thread, as a hanging driver would be.
-  static std::promise<void> never;
-  static const std::shared_future<void> hang = never.get_future().share();
+  // Left behind with its thread, as a hanging driver would be: never destroyed.
+  static auto* const never = new std::promise<void>;
+  static const auto* const hang = new std::shared_future<void>(never->get_future().share());
   const auto parts =
-      work_within({{{"axis roll"}, [](const Tell&) { hang.wait(); }},
+      work_within({{{"axis roll"}, [](const Tell&) { hang->wait(); }},
                    {{"axis tilt", "light"},
                     [](const Tell& tell) {
                       tell({"axis tilt", std::string("stands at 1 deg")});

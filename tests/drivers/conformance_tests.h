@@ -69,6 +69,7 @@ inline std::string test_name_of(const ::testing::TestParamInfo<std::size_t>& inf
 }  // namespace rig::drivers::conformance
 
 /// `make` makes a fresh bench: std::unique_ptr<Bench>().
+// NOLINTBEGIN(bugprone-macro-parentheses): a class's name stands in none.
 #define RIG_CONFORMANCE_TESTS(Module, make)                                                       \
   class Module : public ::rig::drivers::conformance::ConformanceTest {};                          \
   TEST_P(Module, Passes) {                                                                        \
@@ -77,3 +78,4 @@ inline std::string test_name_of(const ::testing::TestParamInfo<std::size_t>& inf
   INSTANTIATE_TEST_SUITE_P(conformance, Module,                                                   \
                            ::testing::ValuesIn(::rig::drivers::conformance::numbers_of_checks()), \
                            ::rig::drivers::conformance::test_name_of);
+// NOLINTEND(bugprone-macro-parentheses)

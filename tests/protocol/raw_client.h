@@ -84,6 +84,7 @@ class TestServer {
     auto server = Server::start(options, [this](Incoming in) { take(std::move(in)); });
     EXPECT_TRUE(server.has_value()) << server.error().text();
     if (server) server_ = std::move(*server);
+    running_ = server_.get();
   }
   TestServer(const TestServer&) = delete;
   TestServer& operator=(const TestServer&) = delete;
@@ -137,9 +138,9 @@ class TestServer {
       changed_.notify_all();
     }
     if (answer_)
-      answer_(*server_, in);
+      answer_(*running_, in);
     else
-      done(*server_, in);
+      done(*running_, in);
   }
 
   const test::TemporaryFolder folder_;
@@ -147,6 +148,7 @@ class TestServer {
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
   std::vector<Incoming> taken_;
+  Server* running_ = nullptr;  // for its own thread, while stop() takes the other away
   std::unique_ptr<Server> server_;
 };
 

@@ -10,6 +10,7 @@
 #include "core/base/units.h"
 #include "core/machine/job_config.h"
 #include "core/machine/limits.h"
+#include "core/scan/journal.h"
 #include "core/scan/scan_directory.h"
 #include "core/scan/verify.h"
 #include "tests/soak/rig_process.h"
@@ -25,6 +26,10 @@ namespace {
 
 // In every rig of the soak: it changes the pixels, but as a function of the angles.
 constexpr const char* kDrift = "[[module.settings.faults.fault]]\nkind = \"light-drift\"\nshare = 0.03\n\n";
+// Painted patches are noise about a mean: wide bands, in which a lamp that is out is still seen.
+constexpr const char* kVisits =
+    "\n[reference]\npose_deg = [0.0, 10.0, 0.0, 75.0]\nexposure_ms = 30.0\ndark_exposure_ms = 30.0\n"
+    "every_poses = 7\nband = 0.5\nevenness = 0.9\ndark_dn = 100.0\nattempts = 20\nagain_min = 1.0\n";
 constexpr std::chrono::seconds kSilence{90};  // nothing at all is told for so long: something hangs
 
 struct RandomFault {
@@ -169,7 +174,8 @@ class Keeper {
         protocol::Request release;
         release.mutable_release_job()->set_job(1);
         if (auto released = rig.ask(release); !released) return base::pass(released);
-      } else if (**state != protocol::ACTIVE && **state != protocol::QUEUED && **state != protocol::SUSPENDED) {
+      } else if (**state != protocol::ACTIVE && **state != protocol::QUEUED &&
+                 **state != protocol::SUSPENDED) {
         problem(fmt::format("the job ended otherwise than complete: {}", protocol::JobState_Name(**state)));
         return true;
       }
@@ -253,6 +259,12 @@ Result<void> judge(const NightOptions& options, NightReport& report) {
   report.problems.insert(report.problems.end(), verified->problems.begin(), verified->problems.end());
   const auto view = scan::open_scan(scan);
   if (!view) return base::pass(view);
+  const auto journal = scan::Journal::open_read_only(scan::journal_path(scan));
+  if (!journal) return base::pass(journal);
+  const auto visits = journal->visits();
+  if (!visits) return base::pass(visits);
+  for (const scan::VisitRecord& visit : *visits) ++(visit.good ? report.good_visits : report.bad_visits);
+  if (report.good_visits == 0) report.problems.emplace_back("the light was never proven");
   report.poses = verified->progress.total;
   report.done = verified->progress.done;
   report.abandoned = verified->progress.abandoned;
@@ -274,7 +286,8 @@ Result<NightReport> night(const NightOptions& options, const std::string& faults
   fs::create_directories(options.folder, error);
   auto rig_toml = tiny_rig(options.shipped, faults);
   if (!rig_toml) return base::pass(rig_toml);
-  if (auto ok = base::write_file_durably(options.folder / "rig.toml", *rig_toml); !ok) return base::pass(ok);
+  if (auto ok = base::write_file_durably(options.folder / "rig.toml", *rig_toml + kVisits); !ok)
+    return base::pass(ok);
   NightReport report;
   if (auto ok = Keeper(options, report).keep(disturbed); !ok) return base::pass(ok);
   if (auto ok = judge(options, report); !ok) return base::pass(ok);
@@ -292,14 +305,15 @@ Result<NightReport> disturbed_night(const NightOptions& options) {
   return night(options, random_faults(random, options.seed, options.changes_pixels), true);
 }
 
-Result<std::string> random_job(const fs::path& shipped, std::size_t poses, std::uint64_t seed) {
+Result<std::string> random_job(const fs::path& shipped, std::size_t poses, std::uint64_t seed,
+                               const std::vector<double>& exposures_s) {
   auto rig = machine::load_rig_config(shipped.string());
   if (!rig) return base::pass(rig);
   base::Random random(base::derive_key(seed, 3));
   machine::JobConfig job;
   job.name = "soak";
   job.sample = "chart";
-  job.exposure.exposures_s = {0.06, 0.0075, 0.001};
+  job.exposure.exposures_s = exposures_s;
   job.retry = {20, 0.1};
   machine::JointAngles from{};
   for (std::size_t i = 0; i < machine::kAxisCount; ++i) from[i] = rig->axes[i].home_rad;

@@ -24,10 +24,11 @@ struct NightOptions {
 };
 
 struct NightReport {
-  int kills = 0;            ///< by a signal at a moment of the wall or of an event
-  int deaths = 0;           ///< at a chosen instant around a write, flush, rename or commit
-  int stops = 0;            ///< latched by a fault, and cleared
-  int failed_attempts = 0;  ///< of poses, in the journal
+  int kills = 0;                        ///< by a signal at a moment of the wall or of an event
+  int deaths = 0;                       ///< at a chosen instant around a write, flush, rename or commit
+  int stops = 0;                        ///< latched by a fault, and cleared
+  int failed_attempts = 0;              ///< of poses, in the journal
+  int good_visits = 0, bad_visits = 0;  ///< to the reference patches
   std::int64_t poses = 0, done = 0, abandoned = 0;
   std::map<std::string, int> reasons;               ///< of stops, without their figures
   std::map<std::string, std::string> frame_hashes;  ///< by file
@@ -43,6 +44,8 @@ struct NightReport {
 
 /// A job of so many poses and three exposures that the shipped rig can do, chosen by the seed.
 [[nodiscard]] base::Result<std::string> random_job(const std::filesystem::path& shipped, std::size_t poses,
-                                                   std::uint64_t seed);
+                                                   std::uint64_t seed,
+                                                   const std::vector<double>& exposures_s = {0.06, 0.0075,
+                                                                                             0.001});
 
 }  // namespace rig::soak

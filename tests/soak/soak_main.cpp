@@ -25,6 +25,7 @@ struct Options {
 
 struct Total {
   int nights = 0, changed_nights = 0, kills = 0, deaths = 0, stops = 0, failed_attempts = 0;
+  int good_visits = 0, bad_visits = 0;
   std::int64_t poses = 0, done = 0, abandoned = 0;
   std::size_t frames_compared = 0;
   std::size_t problems = 0;
@@ -86,6 +87,8 @@ base::Result<void> run(const Options& options, Total& total) {
     total.deaths += judged->deaths;
     total.stops += judged->stops;
     total.failed_attempts += judged->failed_attempts;
+    total.good_visits += judged->good_visits;
+    total.bad_visits += judged->bad_visits;
     total.poses += judged->poses;
     total.done += judged->done;
     total.abandoned += judged->abandoned;
@@ -129,6 +132,8 @@ int main(int argc, char** argv) {
   std::printf("%lld poses: %lld done, %lld abandoned with a reason, %d failed attempts\n",
               static_cast<long long>(total.poses), static_cast<long long>(total.done),
               static_cast<long long>(total.abandoned), total.failed_attempts);
+  std::printf("%d reference visits: %d good, %d bad\n", total.good_visits + total.bad_visits,
+              total.good_visits, total.bad_visits);
   std::printf("%d stops latched and cleared:\n", total.stops);
   for (const auto& [reason, times] : total.reasons) std::printf("  %5d  %s\n", times, reason.c_str());
   std::printf("%zu frames compared with the undisturbed night's, %zu problems\n", total.frames_compared,

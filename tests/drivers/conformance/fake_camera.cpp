@@ -28,7 +28,9 @@ void FakeSensor::begin(double exposure_s) {
 void FakeSensor::paint(const Frame& frame, std::span<std::uint16_t> pixels) {
   std::fill(pixels.begin(), pixels.end(),
             static_cast<std::uint16_t>(std::lround(frame.exposure_s / kUnit_s)));
-  if (frame.corrupt) std::fill(pixels.begin() + kWidth, pixels.begin() + 2 * kWidth, std::uint16_t{0});
+  if (!frame.corrupt) return;
+  const auto line = pixels.subspan(kWidth, kWidth);
+  std::fill(line.begin(), line.end(), std::uint16_t{0});
 }
 
 namespace {

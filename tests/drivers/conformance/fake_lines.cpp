@@ -16,7 +16,7 @@ void FakeLinesBox::set_input(const std::string& line, bool active) {
 
 Words FakeLinesBox::answer(const Words& request) {
   if (static_cast<int>(request.front()) == kLinesSet) output_ = request[1] != 0;
-  const Words answer{request.front(), input_ ? 1.0 : 0.0, pressed_ ? 1.0 : 0.0, output_ ? 1.0 : 0.0};
+  Words answer{request.front(), input_ ? 1.0 : 0.0, pressed_ ? 1.0 : 0.0, output_ ? 1.0 : 0.0};
   if (static_cast<int>(request.front()) == kLinesRead) pressed_ = input_;
   return answer;
 }

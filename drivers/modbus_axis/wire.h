@@ -1,0 +1,79 @@
+// Modbus RTU or TCP through libmodbus, one request at a time.
+//
+// What libmodbus 3.1.6 leaves to its caller, and is done here:
+// - Its modes of error recovery stay off: they sleep and reconnect in the middle of a call.
+// - The byte time-out is off, so that the response time-out bounds the whole answer; else each byte could
+// take
+//   that long again.
+// - It selects on a descriptor without looking whether there is one, or whether it fits an fd_set.
+// - Bytes that nobody asked for stay in the line and would be read as the next answer: what came in between
+// is
+//   dropped before every request. Whether an answer that is late belongs to this request RTU cannot say; Bus
+//   has the rule for that. Over TCP libmodbus compares the transaction's number.
+// - After an answer that was not this request's the right one may be on its way: it is given half the time of
+//   an answer to come and be dropped, or each further answer would be one request behind.
+// - Of a serial line it takes any speed that the system lets it set; what was really set is read back.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+#include "drivers/common/serial_line.h"
+#include "drivers/modbus_axis/reading.h"
+#include "drivers/modbus_axis/steps.h"
+
+struct _modbus;  // libmodbus' context
+
+namespace rig::drivers::modbus {
+
+struct WireSettings {
+  SerialSettings serial;  ///< RTU where it has a path
+  std::string host;       ///< else TCP
+  int tcp_port = 502;
+  std::chrono::milliseconds answer{200};
+  std::chrono::microseconds gap{0};  ///< silence before a request; RTU: at least 3.5 characters are kept
+
+  [[nodiscard]] std::string where() const;
+};
+
+/// The protocol's 3.5 characters of 11 bits; above 19200 baud 1750 us.
+[[nodiscard]] std::chrono::microseconds silent_interval(int baud);
+
+/// Errors: `timeout` no answer; `damaged` one that cannot be this request's, or the drive is busy or found
+/// the request garbled; `device` the drive refuses the request (an exception code of the protocol); `lost`
+/// line or connection are gone.
+class Wire {
+ public:
+  [[nodiscard]] static base::Result<std::unique_ptr<Wire>> open(const WireSettings& settings);
+  ~Wire();
+  Wire(const Wire&) = delete;
+  Wire& operator=(const Wire&) = delete;
+
+  [[nodiscard]] base::Result<std::vector<std::uint16_t>> read(int slave, const Block& block);
+  /// `single`: a single word with function 06. `at_once`: without the longer silence after a garbled answer.
+  [[nodiscard]] base::Result<void> write(int slave, const Write& write, bool single, bool at_once = false);
+
+ private:
+  struct Free {
+    void operator()(_modbus* context) const;
+  };
+  using Context = std::unique_ptr<_modbus, Free>;
+
+  Wire(WireSettings settings, Context context)
+      : settings_(std::move(settings)), context_(std::move(context)), silence_(settings_.gap) {}
+  [[nodiscard]] base::Result<void> set_up();
+  /// Keeps the silence before a request and drops what came uncalled for.
+  [[nodiscard]] base::Result<void> clear_line(std::chrono::microseconds silence);
+  [[nodiscard]] tl::unexpected<base::Error> failed(int code, int slave, const std::string& doing);
+
+  const WireSettings settings_;
+  const Context context_;
+  std::chrono::steady_clock::time_point quiet_since_{};
+  std::chrono::microseconds silence_;  ///< before the next request
+};
+
+}  // namespace rig::drivers::modbus

@@ -1,0 +1,88 @@
+// Frames over the wire that are wrong in what they say, and chunks. The simulated camera sends these packets
+// itself: they were written from the stream protocol (GVSP).
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/drivers/aravis_camera/support.h"
+
+namespace rig::drivers::aravis {
+namespace {
+
+using base::ErrorCode;
+using testing::HasSubstr;
+
+class Stream : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!has_own_network()) GTEST_SKIP() << "this user may not have a network of its own";
+  }
+};
+
+void expect_good(Rig& rig, double exposure_s) {
+  const auto frame = rig.take(exposure_s);
+  ASSERT_TRUE(frame.has_value()) << frame.error().text();
+  ASSERT_TRUE(frame->has_value());
+  ASSERT_TRUE(rig.painted().has_value());
+  EXPECT_NEAR(rig.painted()->exposure_us * 1e-6, exposure_s, 1e-6);
+  EXPECT_NEAR((*frame)->exposure_s, exposure_s, 1e-6);
+}
+
+void expect_refused(Rig& rig, sim::wire::GvCameraProcess& camera, const std::string& fault,
+                    const std::string& why) {
+  expect_good(rig, 1e-3);
+  ASSERT_TRUE(camera.command(fault));
+  const auto frame = rig.take(2e-3);
+  ASSERT_FALSE(frame.has_value()) << fault;
+  EXPECT_EQ(frame.error().code, ErrorCode::device) << fault;
+  EXPECT_THAT(frame.error().text(), HasSubstr(why));
+  expect_good(rig, 3e-3);
+}
+
+TEST_F(Stream, FramesThatAreNotThoseAskedForAreRefused) {
+  auto camera = start_camera({"--own-packets"});
+  for (const char* chunks : {"true", "false"}) {
+    SCOPED_TRACE(chunks);
+    Rig rig(kGige + "chunks = " + chunks + "\n");
+    expect_refused(rig, camera, "cut-short", "bytes came of an image of 65536");
+    expect_refused(rig, camera, "skip-number", "follows frame");
+    expect_refused(rig, camera, "other-format", "pixel format 0x01100006");
+    expect_refused(rig, camera, "corrupt", "damaged");
+  }
+}
+
+TEST_F(Stream, AChunkThatTellsAnotherExposureIsBelieved) {
+  auto camera = start_camera({"--own-packets"});
+  Rig rig(kGige);
+  expect_refused(rig, camera, "other-exposure", "exposed for 4000 us, set were 2000 us");
+}
+
+TEST_F(Stream, WithoutChunksWhatWasSetIsReported) {
+  auto camera = start_camera({"--own-packets"});
+  Rig rig(kGige + "chunks = false\n");
+  ASSERT_TRUE(camera.command("other-exposure"));
+  expect_good(rig, 2e-3);
+}
+
+TEST_F(Stream, PacketsThatComeTwiceDoNotHarm) {
+  auto camera = start_camera({"--own-packets"});
+  Rig rig(kGige + "pixel_format = \"BayerRG12p\"\n");
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_TRUE(camera.command("packets-twice"));
+    expect_good(rig, 1e-3 * (i + 1));
+  }
+}
+
+TEST_F(Stream, TheTimeInAChunkIsTheCameras) {
+  const auto camera = start_camera({"--own-packets"});
+  Rig rig(kGige);
+  ASSERT_TRUE(rig.camera().arm().has_value());
+  const base::Time before = rig.clock().now();
+  expect_good(rig, 1e-3);
+  const auto frame = rig.take(2e-3);
+  ASSERT_TRUE(frame.has_value() && frame->has_value());
+  EXPECT_GE((*frame)->started, before - std::chrono::milliseconds(20));
+  EXPECT_LE((*frame)->started, rig.clock().now());
+}
+
+}  // namespace
+}  // namespace rig::drivers::aravis
