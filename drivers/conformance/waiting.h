@@ -9,8 +9,8 @@
 
 namespace rig::drivers::conformance {
 
-/// How many times longer than on a rig everything may take: RIG_PATIENCE of the environment, 1 without it. For
-/// an emulated machine (tests/kernel), or one that is busy otherwise.
+/// How many times longer than on a rig everything may take: RIG_PATIENCE of the environment, 1 without it.
+/// For an emulated machine (tests/kernel), or one that is busy otherwise.
 [[nodiscard]] inline double patience() {
   static const double factor = [] {
     const char* text = std::getenv("RIG_PATIENCE");
