@@ -60,15 +60,15 @@ class Opened {
   Kind* device_ = nullptr;
 };
 
-/// Calls, and fails the check where the call took longer than `bound`.
+/// Calls, and fails the check where the call took longer than `bound`, times patience().
 template <typename Call>
 auto timed(const base::Clock& clock, base::Duration bound, std::string_view what, Call&& call)
     -> decltype(call()) {
   const Stopwatch watch(clock);
   auto answer = call();
   const base::Duration took = watch.elapsed();
-  require(took <= bound, "{} took {:.3f} s; a call has to return within {:.3f} s", what,
-          base::to_seconds(took), base::to_seconds(bound));
+  require(took <= patient(bound), "{} took {:.3f} s; a call has to return within {:.3f} s", what,
+          base::to_seconds(took), base::to_seconds(patient(bound)));
   return answer;
 }
 

@@ -1,11 +1,26 @@
 // Waiting in the bench's clock, real or simulated.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
+#include <cstdlib>
 
 #include "core/base/clock.h"
 
 namespace rig::drivers::conformance {
+
+/// How many times longer than on a rig everything may take: RIG_PATIENCE of the environment, 1 without it.
+/// For an emulated machine (tests/kernel), or one that is busy otherwise.
+[[nodiscard]] inline double patience() {
+  static const double factor = [] {
+    const char* text = std::getenv("RIG_PATIENCE");
+    return text == nullptr ? 1.0 : std::max(1.0, std::strtod(text, nullptr));
+  }();
+  return factor;
+}
+[[nodiscard]] inline base::Duration patient(base::Duration bound) {
+  return std::chrono::duration_cast<base::Duration>(bound * patience());
+}
 
 /// Between two looks at a device.
 inline constexpr base::Duration kLookEvery = std::chrono::milliseconds(10);
@@ -19,11 +34,11 @@ class Waiting {
     (void)clock_.wait(slot_, clock_.now() + how_long, base::WaitFor::rig);
   }
 
-  /// Looks every so often until `ready` says true (true), or `within` has passed (false). Looks at least
-  /// once, and once after the end.
+  /// Looks every so often until `ready` says true (true), or `within`, times patience(), has passed (false).
+  /// Looks at least once, and once after the end.
   template <typename Ready>
   [[nodiscard]] bool until(Ready&& ready, base::Duration within, base::Duration every = kLookEvery) {
-    const base::Time end = now() + within;
+    const base::Time end = now() + patient(within);
     while (!ready()) {
       if (now() >= end) return false;
       pause(every);

@@ -41,6 +41,10 @@ KernelBench::KernelBench() {
   reset();
 }
 
+KernelBench::~KernelBench() {
+  unplug();
+}
+
 void KernelBench::plug_in() {
   chip_.power_cycle();
   auto plugged = sim::wire::VhciPlug::plug_in(

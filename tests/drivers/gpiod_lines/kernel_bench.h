@@ -24,6 +24,8 @@ class KernelBench final : public conformance::Bench,
   static constexpr unsigned int kEmergencyStop = 0, kLamp = 2, kShutter = 3, kTrigger = 4, kSpare = 5;
 
   KernelBench();
+  /// Waits until the kernel has given up the chip: the next bench would find it otherwise.
+  ~KernelBench() override;
 
   [[nodiscard]] std::string name() const override { return "gpiod_lines_kernel"; }
   [[nodiscard]] base::Result<std::vector<Device>> open() override;

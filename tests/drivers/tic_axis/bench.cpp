@@ -19,9 +19,15 @@ sim::wire::TicSettingBytes bench_settings() {
   return settings;
 }
 
-class TicWire final : public conformance::Wire {
+class SocketWire final : public TicWire {
  public:
-  explicit TicWire(ControlSocket& socket) : socket_(socket) {}
+  explicit SocketWire(sim::wire::Tic& tic)
+      : socket_(folder_ / "usb", [&tic](const auto& setup, auto out) { return tic.control(setup, out); }) {}
+  [[nodiscard]] std::string transport() const override { return "unix:" + socket_.path().string(); }
+  void heal() override {
+    socket_.spoil(ControlSocket::Spoil::missing, 0);
+    socket_.restore();
+  }
   bool cut() override {
     socket_.cut();
     return true;
@@ -50,7 +56,8 @@ class TicWire final : public conformance::Wire {
     return ControlSocket::Spoil::missing;
   }
 
-  ControlSocket& socket_;
+  rig::test::TemporaryFolder folder_;
+  ControlSocket socket_;
 };
 
 class TicPeer final : public conformance::AxisPeer {
@@ -78,32 +85,35 @@ class TicPeer final : public conformance::AxisPeer {
 
 class TicBench final : public conformance::Bench {
  public:
-  TicBench()
-      : lab_({}, bench_settings()),
+  TicBench(std::string name, const sim::wire::TicWorld& world,
+           const std::function<std::unique_ptr<TicWire>(sim::wire::Tic&)>& lay,
+           std::chrono::milliseconds stop_bound)
+      : name_(std::move(name)),
+        stop_bound_(stop_bound),
+        tic_(world, bench_settings()),
         clock_(base::make_system_clock()),
-        wire_(lab_.socket),
-        peer_(lab_.tic),
-        table_(base::ConfigTable::parse(lab_.table(), "rig.toml")),
+        wire_(lay(tic_)),
+        peer_(tic_),
+        table_(base::ConfigTable::parse(lab_table(world.serial, wire_->transport()), "rig.toml")),
         entry_(load_module("tic_axis", {std::filesystem::path(RIG_BINARY_DIR) / "lib"})) {}
 
-  [[nodiscard]] std::string name() const override { return "tic_axis"; }
+  [[nodiscard]] std::string name() const override { return name_; }
   [[nodiscard]] base::Result<std::vector<Device>> open() override {
     if (!table_) return base::pass(table_);
     if (!entry_) return base::pass(entry_);
     return (*entry_)->open(
-        {"tic", *table_, lab_.folder.path(), *clock_, [](base::LogLevel, std::string_view) {}});
+        {"tic", *table_, folder_.path(), *clock_, [](base::LogLevel, std::string_view) {}});
   }
   [[nodiscard]] base::Clock& clock() override { return *clock_; }
   void reset() override {
-    lab_.socket.spoil(ControlSocket::Spoil::missing, 0);
-    lab_.socket.restore();
-    lab_.tic.press_limit(true, false);
-    lab_.tic.press_limit(false, false);
-    lab_.tic.set_driver_error(false);
-    lab_.tic.put_motor(0);
-    lab_.tic.power_cycle();
+    wire_->heal();
+    tic_.press_limit(true, false);
+    tic_.press_limit(false, false);
+    tic_.set_driver_error(false);
+    tic_.put_motor(0);
+    tic_.power_cycle();
   }
-  [[nodiscard]] conformance::Wire& wire() override { return wire_; }
+  [[nodiscard]] conformance::Wire& wire() override { return *wire_; }
   [[nodiscard]] std::optional<conformance::AxisUnderTest> axis() override {
     conformance::AxisUnderTest test;
     test.device = "arm";
@@ -112,15 +122,17 @@ class TicBench final : public conformance::Bench {
     test.high_rad = radians(40);
     test.velocity_rad_s = radians(50);
     test.acceleration_rad_s2 = radians(300);
-    // A stop waits for the transfer in flight, at the worst for a feeding whose answer does not come: 50 ms.
-    test.stop_bound = std::chrono::milliseconds(100);
+    test.stop_bound = stop_bound_;
     return test;
   }
 
  private:
-  LabTic lab_;
+  const std::string name_;
+  const std::chrono::milliseconds stop_bound_;
+  rig::test::TemporaryFolder folder_;
+  sim::wire::Tic tic_;
   const std::unique_ptr<base::Clock> clock_;
-  TicWire wire_;
+  const std::unique_ptr<TicWire> wire_;
   TicPeer peer_;
   const base::Result<base::ConfigTable> table_;
   const base::Result<const ModuleEntry*> entry_;
@@ -128,8 +140,18 @@ class TicBench final : public conformance::Bench {
 
 }  // namespace
 
+std::unique_ptr<conformance::Bench> make_bench_on(
+    const std::string& name, const sim::wire::TicWorld& world,
+    const std::function<std::unique_ptr<TicWire>(sim::wire::Tic&)>& lay,
+    std::chrono::milliseconds stop_bound) {
+  return std::make_unique<TicBench>(name, world, lay, stop_bound);
+}
+
 std::unique_ptr<conformance::Bench> make_bench() {
-  return std::make_unique<TicBench>();
+  // A stop waits for the transfer in flight, at the worst for a feeding whose answer does not come: 50 ms.
+  constexpr std::chrono::milliseconds kStopBound{100};
+  return make_bench_on(
+      "tic_axis", {}, [](sim::wire::Tic& tic) { return std::make_unique<SocketWire>(tic); }, kStopBound);
 }
 
 }  // namespace rig::drivers::tic::test

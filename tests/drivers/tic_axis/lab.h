@@ -27,21 +27,14 @@ inline sim::wire::TicSettingBytes lab_settings() {
   return s;
 }
 
-/// The Tic of the lab, plugged into a socket of its own.
-class LabTic {
- public:
-  explicit LabTic(const sim::wire::TicWorld& world = {},
-                  const sim::wire::TicSettingBytes& settings = lab_settings())
-      : tic(world, settings),
-        socket(folder / "usb", [this](const auto& setup, auto out) { return tic.control(setup, out); }) {}
-
-  /// A table of rig.toml. 40 microsteps a degree; the switches of TicWorld lie at -62.5 and 62.5 degrees from
-  /// where the motor stands at power-up, which is 0 degrees once it is homed on the reverse one.
-  [[nodiscard]] std::string table(const std::string& axis = "arm", const std::string& more = "",
-                                  const std::string& homing = "homing = \"reverse\"") const {
-    return fmt::format(R"([axis.{}]
+/// A table of rig.toml. 40 microsteps a degree; the switches of TicWorld lie at -62.5 and 62.5 degrees from
+/// where the motor stands at power-up, which is 0 degrees once it is homed on the reverse one.
+inline std::string lab_table(const std::string& serial, const std::string& transport,
+                             const std::string& axis = "arm", const std::string& more = "",
+                             const std::string& homing = "homing = \"reverse\"") {
+  return fmt::format(R"([axis.{}]
 serial = "{}"
-transport = "unix:{}"
+transport = "{}"
 counts_per_deg = 40.0
 zero_deg = -62.5
 max_velocity_deg_s = 125.0
@@ -51,7 +44,20 @@ current_limit_ma = 1472
 {}
 {}
 )",
-                       axis, serial, socket.path().string(), homing, more);
+                     axis, serial, transport, homing, more);
+}
+
+/// The Tic of the lab, plugged into a socket of its own.
+class LabTic {
+ public:
+  explicit LabTic(const sim::wire::TicWorld& world = {},
+                  const sim::wire::TicSettingBytes& settings = lab_settings())
+      : tic(world, settings),
+        socket(folder / "usb", [this](const auto& setup, auto out) { return tic.control(setup, out); }) {}
+
+  [[nodiscard]] std::string table(const std::string& axis = "arm", const std::string& more = "",
+                                  const std::string& homing = "homing = \"reverse\"") const {
+    return lab_table(serial, "unix:" + socket.path().string(), axis, more, homing);
   }
 
   rig::test::TemporaryFolder folder;

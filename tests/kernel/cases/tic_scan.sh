@@ -1,0 +1,46 @@
+# A scan with the light arm on a Pololu Tic, which is a program at the other end of the kernel's USB: homed on its switch,
+# moved, pulled out in the middle of the job and plugged in again.
+# suite: devices
+# limit: 150
+. "$KERNEL_TESTS/guest/lib.sh"
+. "$KERNEL_TESTS/guest/scan.sh"
+
+start_usb
+mkfifo "$scratch/orders"
+rig-sim-tic --serial 00123456 --set 0x41=3 --set 0x40=46 --set 0x5F=8 --set 0x60=4 --set 0x4F=0x80 --set 0x50=0x1A \
+  --set 0x51=0x06 <"$scratch/orders" >"$scratch/said" &
+on_exit kill $!
+exec {orders}>"$scratch/orders"
+order() { echo "$*" >&"$orders"; }
+await grep -q ready "$scratch/said"
+
+{
+  real_time_rig | part_of axis.arm tic arm | sed '/^.axis.arm/,/^.home/{s/^min_deg.*/min_deg = 45.0/;s/^approach_deg.*/approach_deg = 0.0/}'
+  cat <<'TOML'
+[[module]]
+name = "tic"
+file = "tic_axis"
+[module.settings.axis.arm]
+serial = "00123456"
+counts_per_deg = 20.0
+zero_deg = 45.0
+max_velocity_deg_s = 100.0
+max_acceleration_deg_s2 = 200.0
+step_mode = 8
+current_limit_ma = 1472
+homing = "reverse"
+TOML
+} >"$scratch/rig.toml"
+
+start_rigd
+submit_job 8
+await poses_done 2
+order unplug
+suspended() { rig status | contains 'suspended|does not answer|lost'; }
+await suspended
+rig status
+order plug
+await_scan
+order state
+await grep -q '^position' "$scratch/said"
+cat "$scratch/said"
