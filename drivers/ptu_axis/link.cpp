@@ -204,8 +204,8 @@ Result<void> Link::send(std::string_view command) {
   });
 }
 
-Result<std::optional<Reply>> Link::reply_to_sent(Time deadline) {
-  auto reply = next({}, deadline);
+Result<std::optional<Reply>> Link::reply_to_sent() {
+  auto reply = next({}, Time{});
   if (!reply && reply.error().code == ErrorCode::damaged) return std::optional<Reply>();
   return reply;
 }

@@ -35,8 +35,8 @@ class Link {
 
   /// Sends a command whose reply takes longer than a call may; it comes with reply_to_sent().
   [[nodiscard]] base::Result<void> send(std::string_view command);
-  /// Nothing while it has not come, waiting for it no longer than until `deadline`.
-  [[nodiscard]] base::Result<std::optional<Reply>> reply_to_sent(Time deadline);
+  /// Nothing while it has not come; does not wait.
+  [[nodiscard]] base::Result<std::optional<Reply>> reply_to_sent();
   /// Writes and waits for nothing. Whose the replies that follow are is open.
   [[nodiscard]] base::Result<void> shout(std::string_view command);
 

@@ -44,9 +44,8 @@ std::string Session::axis_command(const Axis& axis, std::string_view what) const
   return fmt::format("{}{}", axis.settings.letter, what);
 }
 
-Result<bool> Session::progress(milliseconds wait) {
+Result<bool> Session::progress() {
   if (phase_ == Phase::ready) return true;
-  wait_ = wait;
   auto done = steps_.advance(kBudget);
   if (done) {
     if (*done) phase_ = Phase::ready;
@@ -83,7 +82,7 @@ AxisCapabilities Session::capabilities(std::size_t index) const {
 }
 
 Result<void> Session::ready_for(const Axis& axis, std::string_view what) {
-  const auto done = progress(milliseconds(0));
+  const auto done = progress();
   if (!done) return pass(done);
   if (*done) return {};
   return fail(ErrorCode::busy,
@@ -189,7 +188,7 @@ Result<std::optional<double>> Session::temperature() {
 
 Result<AxisState> Session::state(std::size_t index) {
   Axis& axis = axes_[index];
-  const auto done = progress(milliseconds(0));
+  const auto done = progress();
   if (!done) return pass(done);
   // It hears nothing now. What cannot be proven to stand counts as moving.
   if (!*done) return believed(axis, true);
@@ -262,7 +261,7 @@ Result<void> Session::home(std::size_t index) {
     return Is::done;
   });
   // Sent before this call ends.
-  const auto begun = progress(milliseconds(0));
+  const auto begun = progress();
   if (!begun) return pass(begun);
   return {};
 }
@@ -339,7 +338,7 @@ Result<void> Session::move_to(std::size_t index, double target_rad, double veloc
     if (auto ok = go(axis, *planned); !ok) return pass(ok);
     return Is::done;
   });
-  const auto begun = progress(milliseconds(0));
+  const auto begun = progress();
   if (!begun) return pass(begun);
   return {};
 }

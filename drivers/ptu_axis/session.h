@@ -24,9 +24,8 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Goes on with what is under way, waiting for a reply up to `wait`. True: nothing is. An error is the end
-  /// of being set up, and then of the session.
-  [[nodiscard]] base::Result<bool> progress(std::chrono::milliseconds wait);
+  /// Goes on with being set up. True: it is. An error is the end of the session.
+  [[nodiscard]] base::Result<bool> set_up() { return progress(); }
   [[nodiscard]] bool is_set_up() const { return phase_ != Phase::setting_up; }
   /// Tells the unit to halt and waits for nothing; for one that is not set up.
   [[nodiscard]] base::Result<void> shout_halt();
@@ -85,6 +84,8 @@ class Session {
   [[nodiscard]] base::Result<Steps::Is> ask_resolution(std::size_t axis);
 
   // session.cpp
+  /// Goes on with what is under way. True: nothing is.
+  [[nodiscard]] base::Result<bool> progress();
   [[nodiscard]] base::Result<void> ready_for(const Axis& axis, std::string_view what);
   [[nodiscard]] base::Result<void> go(Axis& axis, Plan plan);
   [[nodiscard]] base::Result<void> look(Axis& axis);
@@ -105,7 +106,6 @@ class Session {
   Phase phase_ = Phase::setting_up;
   std::vector<std::size_t> busy_;  ///< axes that a reset or a new acceleration is for
   bool stopped_ = false;           ///< what is under way was stopped
-  std::chrono::milliseconds wait_{0};
   base::Time awaited_until_{};
   std::string marker_, last_resolution_;
   int resolutions_asked_ = 0;

@@ -45,7 +45,7 @@ void Session::add_awaited(std::string command, std::chrono::milliseconds within)
     return Is::done;
   });
   steps_.add([this, command, within]() -> Result<Is> {
-    auto reply = link_.reply_to_sent(std::chrono::steady_clock::now() + wait_);
+    auto reply = link_.reply_to_sent();
     if (!reply) return pass(reply);
     if (*reply && (*reply)->kind == Reply::Kind::error) {
       return fail(ErrorCode::device,
