@@ -29,6 +29,8 @@ class RealRigToml {
     const auto module = text_.find("[[module]]");
     const auto end = text_.find("[axis.roll]");
     text_.erase(module, end - module);
+    const auto stop = text_.find("[lines.emergency_stop]");
+    text_.erase(stop, text_.find("\n\n", stop) - stop);
   }
 
   /// A module with its settings: the text below [module.settings], in whose table headers "settings." stands
@@ -77,6 +79,10 @@ class RealRigToml {
 inline std::map<std::string, scan::Frame> scanned_frames(const std::filesystem::path& folder,
                                                          const std::string& rig_toml, int poses) {
   RunningRig rig(folder, rig_toml);
+  if (run_program("rigd", {"--check", "--config", folder / "rig.toml"}, folder / "check.log") != 0) {
+    ADD_FAILURE() << bytes_in(folder / "check.log");
+    return {};
+  }
   rig.start();
   protocol::Request home;
   home.mutable_home();
