@@ -31,7 +31,7 @@ namespace {
 
 constexpr std::uint32_t kSoftware = 1, kLine0 = 0;    // of TriggerSource
 constexpr std::uint32_t kPacketSizeRegister = 0xd04;  // of GigE Vision, stream channel 0
-constexpr double kLongestExposure_s = 0.4;  // it hears nothing meanwhile, and Aravis asks again after 0.5
+constexpr double kLongestExposure_s = 0.3;  // it hears nothing meanwhile, and Aravis asks again after 0.5
 
 fs::path write_description(bool with_chunks) {
   ArvFakeCamera* plain = arv_fake_camera_new("plain");
@@ -50,10 +50,10 @@ fs::path write_description(bool with_chunks) {
 
 struct GvCamera::State {
   explicit State(const GvCameraOptions& wanted)
-      : options(wanted), description(write_description(wanted.own_packets)) {}
+      : options(wanted), description(wanted.paints ? write_description(wanted.own_packets) : fs::path()) {}
   ~State() {
     std::error_code gone;
-    fs::remove(description, gone);
+    if (!description.empty()) fs::remove(description, gone);
   }
   State(const State&) = delete;
   State& operator=(const State&) = delete;
@@ -163,8 +163,8 @@ void GvCamera::State::send(ArvBuffer* buffer, std::uint32_t exposure_us, double 
 
 bool GvCamera::State::start() {
   ending = false;
-  camera =
-      arv_gv_fake_camera_new_full(options.interface.c_str(), options.serial.c_str(), description.c_str());
+  camera = arv_gv_fake_camera_new_full(options.interface.c_str(), options.serial.c_str(),
+                                       description.empty() ? nullptr : description.c_str());
   if (arv_gv_fake_camera_is_running(camera) == FALSE) {
     g_clear_object(&camera);
     return false;

@@ -12,8 +12,8 @@ struct GvCameraOptions {
   std::string interface = "127.0.0.1";  ///< address or name; it answers on its UDP port 3956
   std::string serial = "RIG1";
   double trigger_hz = 1000;  ///< a triggered frame begins at the next beat of this
-  bool exposes = false;      ///< a frame takes its exposure time, up to 0.4 s; else none
-  bool paints = true;        ///< our pattern; else Aravis' own ramp
+  bool exposes = false;      ///< a frame takes its exposure time, up to 0.3 s; else none
+  bool paints = true;        ///< our pattern; else Aravis' own ramp, and none of what is added to it
   bool own_packets = false;  ///< it sends the packets itself, with chunks where they are switched on
 };
 

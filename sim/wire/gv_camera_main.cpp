@@ -69,7 +69,7 @@ int main(int argc, char** argv) {
   app.add_option("--lost", lost, "so many packets in a thousand never arrive")->capture_default_str();
   app.add_option("--trigger-hz", options.trigger_hz, "a triggered frame begins at the next beat of this")
       ->capture_default_str();
-  app.add_flag("--exposes", options.exposes, "a frame takes its exposure time, up to 0.4 s");
+  app.add_flag("--exposes", options.exposes, "a frame takes its exposure time, up to 0.3 s");
   app.add_flag("--ramp", ramp, "Aravis' own ramp instead of a pattern that tells exposure and frame");
   app.add_flag("--own-packets", options.own_packets,
                "it sends the packets itself, with chunks where they are asked for");

@@ -205,8 +205,8 @@ TEST_F(Gige, TimeOfAFrameIsTheCamerasByOurClock) {
   const base::Time before = rig.clock().now();
   const auto frame = rig.take(1e-3);
   ASSERT_TRUE(frame.has_value() && frame->has_value());
-  // Its clock is readable to a millisecond, and a latch is half a round trip off.
-  EXPECT_GE((*frame)->started, before - milliseconds(20));
+  // A latch is half a round trip off, and what is further off than this the driver does not believe.
+  EXPECT_GE((*frame)->started, before - milliseconds(50));
   EXPECT_LE((*frame)->started, rig.clock().now());
 }
 
@@ -343,7 +343,8 @@ TEST_F(Gige, AVanishedCameraIsLostAndComesBackAsItWas) {
   const auto gone = rig.camera().trigger(2e-3, 1);
   ASSERT_FALSE(gone.has_value());
   EXPECT_EQ(gone.error().code, ErrorCode::lost);
-  EXPECT_LT(std::chrono::steady_clock::now() - begun, milliseconds(1500)) << "no call waits for Aravis";
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, milliseconds(2500))
+      << "no call waits for Aravis, which takes as long and longer";
   EXPECT_EQ(rig.camera().abort().error().code, ErrorCode::lost);
   EXPECT_EQ(rig.camera().temperature_c().error().code, ErrorCode::lost);
   ASSERT_TRUE(camera.command("return"));
