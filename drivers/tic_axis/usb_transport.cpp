@@ -10,7 +10,6 @@ namespace rig::drivers::tic {
 
 using base::ErrorCode;
 using base::fail;
-using base::pass;
 using base::Result;
 using std::chrono::milliseconds;
 

@@ -256,7 +256,7 @@ struct Tic::Impl {
     write(v, 0x33, core.outside.vin_mv, 2);
     write(v, 0x35, core.up_time().count(), 4);
     constexpr std::int64_t kNoInput = 0xFFFF;
-    for (const std::size_t at : {0x3D, 0x3F, 0x41, 0x43, 0x45, 0x4D, 0x4F}) write(v, at, kNoInput, 2);
+    for (const unsigned at : {0x3DU, 0x3FU, 0x41U, 0x43U, 0x45U, 0x4DU, 0x4FU}) write(v, at, kNoInput, 2);
     v[0x49] = core.temporary.step_mode;
     v[0x4A] = core.temporary.current_limit;
     v[0x4B] = core.temporary.decay_mode;

@@ -2,6 +2,7 @@
 // controller, or at a Unix socket. For tests; not installed. Orders come as lines on standard input.
 #include <chrono>
 #include <cstdio>
+#include <exception>
 #include <map>
 #include <poll.h>
 #include <unistd.h>
@@ -96,9 +97,7 @@ void serve(Tic& tic, Place& place) {
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   CLI::App app("A simulated Pololu Tic on this machine's USB (needs root and the kernel module vhci-hcd).");
   Options options;
   std::vector<std::string> settings;
@@ -130,4 +129,15 @@ int main(int argc, char** argv) {
   std::fflush(stdout);
   serve(tic, place);
   return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& error) {  // a socket that cannot be made
+    std::fprintf(stderr, "rig-sim-tic: %s\n", error.what());
+    return 1;
+  }
 }

@@ -146,7 +146,7 @@ struct UsbIpDevice::Impl {
     const UsbIpSubmit& s = *request->submit;
     if (s.length > kMostBytes || s.iso_packets > kMostBytes / kIsoDescriptor) return false;
     std::vector<std::uint8_t> data(s.in ? 0 : s.length);
-    std::vector<std::uint8_t> iso(s.iso_packets * kIsoDescriptor);
+    std::vector<std::uint8_t> iso(std::size_t{s.iso_packets} * kIsoDescriptor);
     if (!read(data) || !read(iso)) return false;
     submit(s, data);
     return true;
