@@ -9,6 +9,6 @@ start_usb
 checks=
 for check in capabilities_are_true a_move_arrives_and_proves_it after_a_daemon_death abort_during_a_move homing \
   missing_answers garbled_answers lost_at_rest_and_back lost_in_a_move_and_back absent_at_opening; do
-  checks+=:*/KernelConformance.Passes/axis_$check
+  checks+=":*/KernelConformance.Passes/axis_$check"
 done
 run_tests test_drivers_tic_axis "${checks#:}" 2

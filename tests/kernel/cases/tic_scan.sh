@@ -7,7 +7,7 @@
 
 start_usb
 mkfifo "$scratch/orders"
-rig-sim-tic --serial 00123456 --set 0x41=3 --set 0x40=46 --set 0x5F=8 --set 0x60=4 --set 0x4F=0x80 --set 0x50=0x1A \
+rig-sim-tic --serial 00123456 --set 0x41=3 --set 0x40=46 --set 0x0A=0x27 --set 0x5F=8 --set 0x60=4 --set 0x4F=0x80 --set 0x50=0x1A \
   --set 0x51=0x06 <"$scratch/orders" >"$scratch/said" &
 on_exit kill $!
 exec {orders}>"$scratch/orders"
@@ -15,11 +15,14 @@ order() { echo "$*" >&"$orders"; }
 await grep -q ready "$scratch/said"
 
 {
-  real_time_rig | part_of axis.arm tic arm | sed '/^.axis.arm/,/^.home/{s/^min_deg.*/min_deg = 45.0/;s/^approach_deg.*/approach_deg = 0.0/}'
+  real_time_rig | part_of axis.arm tic arm | arm_from_45
   cat <<'TOML'
 [[module]]
 name = "tic"
 file = "tic_axis"
+[module.settings]
+answer_ms = 2000
+silence_ms = 30000
 [module.settings.axis.arm]
 serial = "00123456"
 counts_per_deg = 20.0
@@ -36,7 +39,6 @@ start_rigd
 submit_job 8
 await poses_done 2
 order unplug
-suspended() { rig status | contains 'suspended|does not answer|lost'; }
 await suspended
 rig status
 order plug

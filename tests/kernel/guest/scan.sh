@@ -18,6 +18,11 @@ real_time_rig() {
   printf '%s\n' '[deadlines]' 'axis_ms = 30000' 'camera_ms = 30000' 'frame_ms = 60000' 'light_ms = 30000' 'lines_ms = 30000'
 }
 
+# The arm's travel and homing as the simulated drives of the cases have them: from a switch at 45 degrees upwards.
+arm_from_45() {
+  sed '/^.axis.arm/,/^.home/{s/^min_deg.*/min_deg = 45.0/;s/^approach_deg.*/approach_deg = 0.0/}'
+}
+
 # rigd on $scratch/rig.toml; what it logs ends the case's output if that fails.
 start_rigd() {
   rigd --check --config "$scratch/rig.toml"
@@ -40,11 +45,16 @@ submit_job() { # poses
   rig job submit "$scratch/job.toml" --scan "$scratch/scan" --wait 60
 }
 
-# At least so many poses are in the journal.
+# At least so many poses are in the journal. A rig that has stopped for good ends the case.
 poses_done() {
+  rig status --wait 60 >"$scratch/status"
+  if grep -E ': stopped' "$scratch/status"; then fail "the rig has stopped"; fi
   rig job list | sed -n 's/.* \([0-9]*\)\/[0-9]* poses.*/\1/p' >"$scratch/count"
   [ "$(cat "$scratch/count")" -ge "$1" ]
 }
+
+# The job waits for a device.
+suspended() { rig status --wait 60 | contains 'suspended, .*; device lost: '; }
 
 await_scan() {
   rig watch --until-idle --lines --wait 60
