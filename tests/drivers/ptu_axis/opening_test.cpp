@@ -82,7 +82,11 @@ TEST_F(PtuOpening, AUnitThatIsSilentIsLost) {
   EXPECT_EQ(opened.error().code, ErrorCode::lost);
   EXPECT_THAT(opened.error().text(), HasSubstr("switched on"));
   // It was told to halt all the same.
-  EXPECT_THAT(nobody.read(std::chrono::milliseconds(1000)), HasSubstr("H "));
+  std::string heard;
+  EXPECT_TRUE(wait_until([&] {
+    heard += nobody.read(std::chrono::milliseconds(10));
+    return heard.find("H ") != std::string::npos;
+  })) << heard;
 }
 
 TEST_F(PtuOpening, ALineThatIsNotThereIsLostAtOnce) {
