@@ -24,6 +24,9 @@ class KernelBench final : public conformance::Bench,
   static constexpr unsigned int kEmergencyStop = 0, kLamp = 2, kShutter = 3, kTrigger = 4, kSpare = 5;
 
   KernelBench();
+  ~KernelBench() override { unplug(); }
+  KernelBench(const KernelBench&) = delete;
+  KernelBench& operator=(const KernelBench&) = delete;
 
   [[nodiscard]] std::string name() const override { return "gpiod_lines_kernel"; }
   [[nodiscard]] base::Result<std::vector<Device>> open() override;
@@ -39,6 +42,7 @@ class KernelBench final : public conformance::Bench,
   [[nodiscard]] base::Result<std::vector<Device>> open_with(const std::string& settings);
   [[nodiscard]] sim::wire::Cp2112& chip() { return chip_; }
   void plug_in();
+  /// Returns when the kernel has taken the chip away.
   void unplug();
 
  private:
