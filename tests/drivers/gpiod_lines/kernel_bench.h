@@ -26,6 +26,9 @@ class KernelBench final : public conformance::Bench,
   KernelBench();
   /// Waits until the kernel has given up the chip: the next bench would find it otherwise.
   ~KernelBench() override;
+  ~KernelBench() override { unplug(); }
+  KernelBench(const KernelBench&) = delete;
+  KernelBench& operator=(const KernelBench&) = delete;
 
   [[nodiscard]] std::string name() const override { return "gpiod_lines_kernel"; }
   [[nodiscard]] base::Result<std::vector<Device>> open() override;
@@ -41,6 +44,7 @@ class KernelBench final : public conformance::Bench,
   [[nodiscard]] base::Result<std::vector<Device>> open_with(const std::string& settings);
   [[nodiscard]] sim::wire::Cp2112& chip() { return chip_; }
   void plug_in();
+  /// Returns when the kernel has taken the chip away.
   void unplug();
 
  private:
