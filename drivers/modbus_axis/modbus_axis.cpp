@@ -11,6 +11,8 @@ using base::pass;
 
 namespace {
 
+constexpr base::Duration kLookEvery = std::chrono::milliseconds(5);
+
 Peer peer_of(const DriveSettings& settings, const ReadPlan& plan) {
   return {settings.slave, settings.profile->line.one_word_single, plan.blocks};
 }
@@ -168,7 +170,16 @@ Result<void> ModbusAxis::enable(bool on) {
     if (auto done = run(profile_.clear_alarm, fixed_quantities()); !done) return done;
   }
   if (auto done = set_up(); !done) return done;
-  return run(profile_.enable, fixed_quantities());
+  if (auto done = run(profile_.enable, fixed_quantities()); !done) return done;
+  // A command often follows at once: the drive is given its moment here. Where it does not come to that,
+  // state() says so.
+  const base::Time until = clock_.now() + std::chrono::milliseconds(profile_.motion.enable_ms);
+  while (true) {
+    const auto now = read_now();
+    if (!now) return pass(now);
+    if ((now->enabled && !now->fault) || clock_.now() >= until) return {};
+    (void)clock_.wait(slot_, clock_.now() + kLookEvery, base::WaitFor::rig);
+  }
 }
 
 Result<void> ModbusAxis::home() {

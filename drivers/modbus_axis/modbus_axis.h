@@ -60,6 +60,7 @@ class ModbusAxis final : public Axis {
   int known_opened_ = 0, known_lost_ = 0;
   bool compared_ = false;
   bool is_set_up_ = false;
+  base::WaitSlot slot_;
 };
 
 /// Validates settings and descriptions without hardware; notes errors in the table.

@@ -253,6 +253,7 @@ class Reader {
     motion.take_ms = static_cast<int>(table.integer_or("take_ms", motion.take_ms, 1, 5000));
     motion.finish_ms = static_cast<int>(table.integer_or("finish_ms", motion.finish_ms, 0, 60000));
     motion.still_ms = static_cast<int>(table.integer_or("still_ms", motion.still_ms, 0, 5000));
+    motion.enable_ms = static_cast<int>(table.integer_or("enable_ms", motion.enable_ms, 0, 500));
     motion.tolerance_counts = table.number_or("tolerance_counts", motion.tolerance_counts, {0, 1e6});
     profile_.replaces_moves = table.choice_or("while_moving", "replace", {"replace", "refuse"}) == "replace";
   }

@@ -41,12 +41,14 @@ struct LineDefaults {
   bool one_word_single = false;  ///< a single word is written with function 06, else with 16
 };
 
-/// When a motion counts as over; MotionWatch says what each is for.
+/// When a motion counts as over; MotionWatch says what each is for. `enable_ms`: how long enabling
+/// waits for the drive to be energised.
 struct MotionTimes {
   int take_ms = 100;
   int finish_ms = 500;
   int still_ms = 50;
   double tolerance_counts = 1;
+  int enable_ms = 200;
 };
 
 struct Profile {

@@ -86,14 +86,17 @@ void LeadshineDrive::halt(Time now) {
 }
 
 void LeadshineDrive::advance(Time now) {
+  const bool wanted = registers_[kForcedEnable] != 0 && !alarm_;
+  if (!wanted) energised_by_.reset();
+  if (wanted && !energised_by_) energised_by_ = now + setup_.energising;
+  energised_ = wanted && now >= *energised_by_;
   if (pending_ && now >= pending_->due) {
     const std::uint16_t command = pending_->command;
     const Time due = pending_->due;
     pending_.reset();
     carry_out(command, due);
   }
-  const bool energised = registers_[kForcedEnable] != 0 && !alarm_;
-  if (!energised) {
+  if (!energised_) {
     motor_.put(now, motor_.position(now));
     doing_ = Doing::nothing;
     return;
@@ -109,7 +112,7 @@ void LeadshineDrive::advance(Time now) {
 }
 
 void LeadshineDrive::carry_out(std::uint16_t command, Time now) {
-  if (registers_[kForcedEnable] == 0 || alarm_) return;
+  if (!energised_) return;
   command_complete_ = path_complete_ = false;
   if (command == kStartHoming) {
     homing_complete_ = false;
@@ -137,8 +140,7 @@ void LeadshineDrive::start_path(std::size_t path, Time now) {
 }
 
 std::uint16_t LeadshineDrive::status() const {
-  const bool energised = registers_.at(kForcedEnable) != 0 && !alarm_;
-  return static_cast<std::uint16_t>((alarm_ ? 0x01 : 0) | (energised ? 0x02 : 0) |
+  return static_cast<std::uint16_t>((alarm_ ? 0x01 : 0) | (energised_ ? 0x02 : 0) |
                                     (doing_ != Doing::nothing ? 0x04 : 0) | (command_complete_ ? 0x10 : 0) |
                                     (path_complete_ ? 0x20 : 0) | (homing_complete_ ? 0x40 : 0));
 }
@@ -243,7 +245,8 @@ bool LeadshineDrive::homed() {
 
 bool LeadshineDrive::enabled() {
   const std::lock_guard lock(mutex_);
-  return registers_[kForcedEnable] != 0 && !alarm_;
+  advance(std::chrono::steady_clock::now());
+  return energised_;
 }
 
 int LeadshineDrive::stops_seen() {

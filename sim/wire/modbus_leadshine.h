@@ -20,6 +20,7 @@ class LeadshineDrive final : public ModbusDrive {
     double home = 0;                        ///< where its home switch is, counts of its travel
     Motor::Limits travel{-60000, 60000};    ///< hard stops
     std::chrono::milliseconds reaction{0};  ///< from the trigger to the start; the status stays old meanwhile
+    std::chrono::milliseconds energising{0};  ///< from the command to the current in the motor
   };
   explicit LeadshineDrive(const Setup& setup);
 
@@ -65,6 +66,8 @@ class LeadshineDrive final : public ModbusDrive {
   std::optional<Pending> pending_;
   enum class Doing { nothing, path, homing, stopping } doing_ = Doing::nothing;
   bool command_complete_ = false, path_complete_ = false, homing_complete_ = false;
+  bool energised_ = false;
+  std::optional<Time> energised_by_;  ///< since then, or from then on
   bool alarm_ = false, alarm_cause_ = false;
   bool low_limit_ = false, high_limit_ = false;
   int stops_ = 0;

@@ -117,8 +117,8 @@ struct Bench final : conformance::Bench {
 
 std::unique_ptr<conformance::Bench> make_rtu_bench() {
   using sim::wire::LeadshineDrive;
-  auto drive =
-      std::make_unique<LeadshineDrive>(LeadshineDrive::Setup{kHome, {-kTravel, kTravel}, milliseconds(15)});
+  auto drive = std::make_unique<LeadshineDrive>(
+      LeadshineDrive::Setup{kHome, {-kTravel, kTravel}, milliseconds(15), milliseconds(20)});
   auto bench = std::make_unique<Bench>("modbus_axis", std::move(drive), false, false);
   bench->put_on(sim::wire::make_rtu_line(bench->folder / "line", std::chrono::microseconds(1750),
                                          {{1, bench->drive.get()}}));

@@ -203,6 +203,25 @@ TEST_F(Leadshine, AFastReadingAfterTheStartIsNotTheMoveBefore) {
   }
 }
 
+TEST_F(Leadshine, TakesAMomentToBeEnabled) {
+  LeadshineDrive slow({2000, {-60000, 60000}, milliseconds(0), milliseconds(60)});
+  open({{1, &slow}}, "profile = \"leadshine_pr\"\n" + axis_settings("pan", 1));
+  // As rigd does it: one right behind the other.
+  make_ready();
+  slow.set_alarm_cause(true);
+  EXPECT_FALSE(state_of(axis()).enabled);
+  slow.set_alarm_cause(false);
+  done(axis().enable(true), "enable");
+  done(axis().move_to(radians(5), kVelocity, kAcceleration), "move");
+  EXPECT_NEAR(at_rest(axis()).position_rad, radians(5), 1e-9);
+  // One that is not coming is not waited for long.
+  slow.set_alarm_cause(true);
+  const auto began = std::chrono::steady_clock::now();
+  done(axis().enable(true), "enable");
+  EXPECT_LT(std::chrono::steady_clock::now() - began, milliseconds(1000));
+  EXPECT_FALSE(state_of(axis()).enabled);
+}
+
 TEST_F(Leadshine, AStopIsOneWrite) {
   open_one();
   make_ready();
