@@ -109,6 +109,15 @@ Result<void> clear_stop(State& state, Actions& actions) {
   protocol::Event event;
   event.mutable_stop_cleared();
   publish(state, actions, std::move(event));
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    AxisTrack& axis = state.axes[i];
+    if (!axis.known || axis.last.fault.empty()) continue;
+    // A drive keeps its fault until somebody acknowledges it; readings from before must not stop the rig
+    // anew.
+    actions.push_back(EnableAxis{i});
+    axis.outdated = state.last_poll;
+    axis.known = false;
+  }
   return {};
 }
 

@@ -247,7 +247,8 @@ void RigModel::poll(std::size_t axis, std::uint64_t number) {
     d.homing = false;
     d.homed = true;
   }
-  drivers::AxisState reading{place(axis), d.enabled, moving(axis), d.homed, false, false, {}};
+  drivers::AxisState reading{place(axis), d.enabled, moving(axis),       d.homed,
+                             false,       false,     latched_fault[axis]};
   if (chance(faults.garbage)) {
     switch (random_.below(4)) {
       case 0:
@@ -475,7 +476,12 @@ void RigModel::record(const RecordVisit& action) {
 void RigModel::carry_out(const Action& action) {
   if (const auto* enable = std::get_if<EnableAxis>(&action)) {
     on_channel(
-        kAxes, [this, i = enable->axis] { drives_[i].enabled = true; }, static_cast<int>(enable->axis));
+        kAxes,
+        [this, i = enable->axis] {
+          drives_[i].enabled = true;
+          latched_fault[i].clear();
+        },
+        static_cast<int>(enable->axis));
   } else if (const auto* home = std::get_if<HomeAxis>(&action)) {
     on_channel(
         kAxes,

@@ -37,6 +37,8 @@ class RigModel {
   Faults faults;
   bool emergency_stop = false;
   std::set<std::string> gone;  ///< "camera", "axis pan", ... do not answer
+  /// A fault of the drive, which it keeps until it is enabled.
+  std::array<std::string, kAxisCount> latched_fault;
   std::optional<double> camera_temperature_c;
   std::function<void(drivers::LightState&)> on_light_read;  ///< changes what the light says of itself
   double free_bytes = 1e12;                                 ///< of the scan's disk

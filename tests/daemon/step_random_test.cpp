@@ -270,7 +270,8 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
       return all_jobs_ended(model.state()) && !model.state().motion && !model.state().snap && model.idle();
     });
     ASSERT_TRUE(model.broken().empty()) << "round " << round << ", " << model.broken().front();
-    ASSERT_TRUE(all_jobs_ended(model.state())) << "round " << round << ": a job never ends: " << where_it_hangs(model.state());
+    ASSERT_TRUE(all_jobs_ended(model.state()))
+        << "round " << round << ": a job never ends: " << where_it_hangs(model.state());
     model.check_at_rest();
     ASSERT_TRUE(model.broken().empty()) << "round " << round << ", " << model.broken().front();
     steps += model.steps();

@@ -92,6 +92,20 @@ TEST_F(StepTest, HomesOneAxisAfterTheOtherInTheOrderOfTheRig) {
   }
 }
 
+TEST_F(StepTest, ClearingAStopAcknowledgesTheFaultThatADriveKeeps) {
+  model_.latched_fault[2] = "overload";
+  run_until([&] { return !model_.state().stopped.empty(); });
+  EXPECT_EQ(model_.state().stopped, "axis pan: overload");
+  const std::size_t before = model_.history().size();
+  EXPECT_EQ(ask(clear_request()).outcome(), protocol::DONE);
+  run_until([&] { return model_.state().axes[2].known; });
+  EXPECT_EQ(model_.state().stopped, "");
+  const auto enabled = actions<EnableAxis>(before);
+  ASSERT_EQ(enabled.size(), 1U) << "the axes that had no fault are left alone";
+  EXPECT_EQ(enabled[0].axis, 2U);
+  EXPECT_EQ(ask(move_request("pan", 25)).outcome(), protocol::DONE);
+}
+
 TEST_F(StepTest, MovesAndProvesIt) {
   EXPECT_EQ(ask(move_request("pan", 25)).outcome(), protocol::DONE);
   EXPECT_NEAR(model_.state().axes[2].last.position_rad, base::radians(25), 1e-9);
