@@ -92,13 +92,13 @@ struct Bench final : conformance::Bench {
                          &peer,
                          low,
                          low + base::radians(60),
-                         base::radians(120),
+                         base::radians(60),
                          base::radians(1000),
                          milliseconds(150)};
   }
   void put_on(std::unique_ptr<ModbusLine> made) {
     line = std::move(made);
-    line->set_lateness(milliseconds(140));
+    line->set_lateness(milliseconds(210));
     wire_ = std::make_unique<LineWire>(*line);
   }
 
@@ -122,7 +122,7 @@ std::unique_ptr<conformance::Bench> make_rtu_bench() {
   auto bench = std::make_unique<Bench>("modbus_axis", std::move(drive), false, false);
   bench->put_on(sim::wire::make_rtu_line(bench->folder / "line", std::chrono::microseconds(1750),
                                          {{1, bench->drive.get()}}));
-  bench->settings = fmt::format("port = \"{}\"\nprofile = \"leadshine_pr\"\nanswer_ms = 100\n{}",
+  bench->settings = fmt::format("port = \"{}\"\nprofile = \"leadshine_pr\"\nanswer_ms = 150\n{}",
                                 (bench->folder / "line").string(), axis_settings("pan", 1, R"(
 [axis.pan.drive]
 home_rpm = 300
@@ -142,7 +142,7 @@ std::unique_ptr<conformance::Bench> make_tcp_bench() {
   bench->put_on(std::move(line));
   bench->low_deg = -50;
   bench->settings =
-      fmt::format("host = \"127.0.0.1\"\ntcp_port = {}\nprofile = \"oriental_az\"\nanswer_ms = 100\n{}", port,
+      fmt::format("host = \"127.0.0.1\"\ntcp_port = {}\nprofile = \"oriental_az\"\nanswer_ms = 150\n{}", port,
                   axis_settings("pan", 5, R"(
 reversed = true
 [axis.pan.drive]
