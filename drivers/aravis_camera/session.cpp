@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <fstream>
 #include <thread>
 
+#include "drivers/aravis_camera/buffer_facts.h"
 #include "drivers/aravis_camera/finder.h"
+#include "drivers/aravis_camera/gain.h"
 
 namespace rig::drivers::aravis {
 
@@ -31,6 +32,10 @@ constexpr std::chrono::seconds kHeartbeatEnds{10};
 // How far the camera's own time of a frame may be before the trigger that began it: the error of a latch.
 constexpr base::Duration kClockError = milliseconds(50);
 
+// GigE Vision's register of who controls the camera: exclusively, or so that others may read.
+constexpr guint64 kControlPrivilege = 0x0a00;
+constexpr guint32 kControls = 0x3;
+
 struct OnLost {
   std::shared_ptr<std::atomic<bool>> lost;
   std::function<void()> tell;
@@ -46,25 +51,6 @@ void forget(gpointer data, GClosure* /*closure*/) {
   delete static_cast<OnLost*>(data);
 }
 
-std::string damage_of(ArvBufferStatus status) {
-  switch (status) {
-    case ARV_BUFFER_STATUS_SUCCESS:
-      return {};
-    case ARV_BUFFER_STATUS_TIMEOUT:
-      return "part of it never came";
-    case ARV_BUFFER_STATUS_MISSING_PACKETS:
-      return "packets are missing";
-    case ARV_BUFFER_STATUS_WRONG_PACKET_ID:
-      return "a packet has a number that cannot be";
-    case ARV_BUFFER_STATUS_SIZE_MISMATCH:
-      return "it is larger than it should be";
-    case ARV_BUFFER_STATUS_ABORTED:
-      return "its transfer was ended";
-    default:
-      return "the receiver gives no reason";
-  }
-}
-
 base::Error named(const Settings& settings, base::Error error) {
   if (error.where.empty()) error.where = settings.called();
   return error;
@@ -73,18 +59,6 @@ base::Error named(const Settings& settings, base::Error error) {
 template <typename T>
 tl::unexpected<base::Error> pass_named(const Settings& settings, const Result<T>& failed) {
   return tl::unexpected<base::Error>(named(settings, failed.error()));
-}
-
-// In the unit of the camera's feature.
-double gain_value(const Settings& settings, bool whole, double gain) {
-  const double value =
-      settings.gain_counts * (settings.gain_unit == GainUnit::decibel ? 20 * std::log10(gain) : gain);
-  return whole ? std::round(value) : value;
-}
-
-double gain_factor(const Settings& settings, double value) {
-  const double plain = value / settings.gain_counts;
-  return settings.gain_unit == GainUnit::decibel ? std::pow(10.0, plain / 20) : plain;
 }
 
 // Aravis' heartbeat holds the device while it tells that control is lost. If that were the last hold, its
@@ -105,11 +79,9 @@ std::uint64_t distance(std::uint64_t last, std::uint64_t id) {
 
 }  // namespace
 
-Session::Session(const Settings& settings, base::Clock& clock, Log log, Owned<ArvCamera> camera,
-                 Configured made)
+Session::Session(const Settings& settings, base::Clock& clock, Owned<ArvCamera> camera, Configured made)
     : settings_(settings),
       clock_(clock),
-      log_(std::move(log)),
       camera_(std::move(camera)),
       made_(std::move(made)),
       camera_clock_(arv_camera_get_device(camera_.get()), clock),
@@ -124,7 +96,7 @@ Result<std::unique_ptr<Session>> Session::open(const Settings& settings, base::C
     if (made.error().code == ErrorCode::lost) await_end_of_heartbeat(arv_camera_get_device(camera->get()));
     return pass_named(settings, made);
   }
-  std::unique_ptr<Session> session(new Session(settings, clock, log, std::move(*camera), std::move(*made)));
+  std::unique_ptr<Session> session(new Session(settings, clock, std::move(*camera), std::move(*made)));
   ArvDevice* device = arv_camera_get_device(session->camera_.get());
   session->handler_ = g_signal_connect_data(device, "control-lost", G_CALLBACK(control_lost),
                                             new OnLost{session->lost_, std::move(on_lost)}, forget,
@@ -293,7 +265,7 @@ Result<void> Session::expose(double exposure_s, double gain, bool by_line) {
                             can.min_exposure_s * 1e6, can.max_exposure_s * 1e6),
                 settings_.called());
   }
-  const double value = gain > 0 && std::isfinite(gain) ? gain_value(settings_, made_.whole_gains, gain) : NAN;
+  const double value = gain_value(settings_, made_.whole_gains, gain);
   if (made_.has_gain ? !(value >= made_.min_gain && value <= made_.max_gain) : gain != 1) {
     return fail(ErrorCode::bad_input,
                 made_.has_gain ? fmt::format("it has no gain {}: its feature takes {} to {}", gain,
@@ -325,31 +297,6 @@ Result<void> Session::expose(double exposure_s, double gain, bool by_line) {
   }
   exposing_ = true;
   return {};
-}
-
-BufferFacts Session::facts_of(ArvBuffer* buffer) const {
-  BufferFacts facts;
-  facts.damage = damage_of(arv_buffer_get_status(buffer));
-  facts.taken_ns = static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer));
-  if (!facts.damage.empty()) return facts;
-  const ArvBufferPayloadType type = arv_buffer_get_payload_type(buffer);
-  facts.is_image =
-      arv_buffer_get_n_parts(buffer) == 1 &&
-      (type == ARV_BUFFER_PAYLOAD_TYPE_IMAGE || type == ARV_BUFFER_PAYLOAD_TYPE_EXTENDED_CHUNK_DATA);
-  if (!facts.is_image) return facts;
-  facts.frame_id = arv_buffer_get_frame_id(buffer);
-  facts.format = arv_buffer_get_image_pixel_format(buffer);
-  arv_buffer_get_image_region(buffer, &facts.offset_x, &facts.offset_y, &facts.width, &facts.height);
-  gint lines = 0;
-  arv_buffer_get_image_padding(buffer, &facts.line_padding, &lines);
-  (void)arv_buffer_get_image_data(buffer, &facts.bytes);
-  if (chunks_) {
-    Failed failed;
-    const double us =
-        arv_chunk_parser_get_float_value(chunks_.get(), buffer, "ChunkExposureTime", failed.slot());
-    if (!failed) facts.exposure_s = us * 1e-6;
-  }
-  return facts;
 }
 
 Expected Session::expected() const {
@@ -401,7 +348,7 @@ Result<std::optional<Taken>> Session::take(std::span<std::uint16_t> pixels) {
     return fail(ErrorCode::bad_input, "the buffer has not the size of a frame", settings_.called());
   }
   while (ArvBuffer* buffer = stream_->pop()) {
-    const BufferFacts facts = facts_of(buffer);
+    const BufferFacts facts = facts_of(buffer, chunks_.get());
     const Judgement judgement = judge(expected(), facts);
     if (judgement.verdict == Verdict::old) {
       stream_->give_back(buffer);
@@ -427,6 +374,7 @@ Result<std::optional<Taken>> Session::take(std::span<std::uint16_t> pixels) {
 }
 
 Result<void> Session::arm() {
+  if (auto there = answer(); !there) return there;
   if (exposing_) {
     if (auto done = cut_short(); !done) return pass_named(settings_, done);
   }
@@ -436,12 +384,22 @@ Result<void> Session::arm() {
 }
 
 Result<void> Session::abort() {
-  if (!exposing_) return answer();
+  if (auto there = answer(); !there || !exposing_) return there;
   if (auto done = cut_short(); !done) return pass_named(settings_, done);
   return {};
 }
 
+// One that was without power between two heartbeats answers, and knows nothing of us.
 Result<void> Session::answer() {
+  ArvDevice* device = arv_camera_get_device(camera_.get());
+  if (ARV_IS_GV_DEVICE(device)) {
+    guint32 privilege = 0;
+    auto asked = attempt(
+        "to answer", [&](GError** e) { arv_device_read_register(device, kControlPrivilege, &privilege, e); });
+    if (!asked) return pass_named(settings_, asked);
+    if ((privilege & kControls) != 0) return {};
+    return fail(ErrorCode::lost, "it was without power, or gave its control away", settings_.called());
+  }
   const auto asked = ask_number("to answer", [&](GError** e) {
     return static_cast<double>(arv_camera_get_integer(camera_.get(), "Width", e));
   });

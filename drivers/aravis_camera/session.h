@@ -60,7 +60,7 @@ class Session {
   [[nodiscard]] base::Result<std::optional<double>> temperature_c();
 
  private:
-  Session(const Settings& settings, base::Clock& clock, Log log, Owned<ArvCamera> camera, Configured made);
+  Session(const Settings& settings, base::Clock& clock, Owned<ArvCamera> camera, Configured made);
 
   /// Ends taking frames and begins anew, with an empty stream.
   [[nodiscard]] base::Result<void> restart();
@@ -74,14 +74,12 @@ class Session {
   [[nodiscard]] base::Result<void> set_gain(double gain);
   [[nodiscard]] base::Result<void> drop_what_came();
   [[nodiscard]] base::Result<void> wait_until_ready();
-  [[nodiscard]] BufferFacts facts_of(ArvBuffer* buffer) const;
   [[nodiscard]] Expected expected() const;
   [[nodiscard]] base::Time started(ArvBuffer* buffer) const;
   [[nodiscard]] base::Result<std::optional<Taken>> refuse(const std::string& why);
 
   const Settings& settings_;
   base::Clock& clock_;
-  const Log log_;
   // Shared with Aravis' threads, which may still be in the handler when this ends.
   std::shared_ptr<std::atomic<bool>> lost_ = std::make_shared<std::atomic<bool>>(false);
   Owned<ArvCamera> camera_;

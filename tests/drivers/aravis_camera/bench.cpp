@@ -9,9 +9,11 @@ namespace {
 
 constexpr std::size_t kWidth = 512;
 constexpr int kBits = 12;
+// The simulated camera remembers a trigger while it is stopped, and obeys it up to 0.1 s after it was started
+// again, or later where the machine is busy: the driver waits for a readout and more before the next trigger.
 const std::string kSettings =
     "address = \"127.0.0.1\"\npixel_format = \"BayerRG12p\"\nwidth = 512\nheight = 384\npacket_size = 1400\n"
-    "readout_ms = 0\n";
+    "readout_ms = 250\nanswer_ms = 1800\n";
 
 class Peer final : public conformance::CameraPeer {
  public:

@@ -71,6 +71,16 @@ std::optional<sim::wire::PatternFacts> Rig::painted() const {
   return sim::wire::read_pattern(pixels_, static_cast<std::size_t>(capabilities_.width), capabilities_.bits);
 }
 
+void expect_frame(Rig& rig, double exposure_s) {
+  const auto frame = rig.take(exposure_s);
+  ASSERT_TRUE(frame.has_value()) << frame.error().text();
+  ASSERT_TRUE(frame->has_value()) << "no frame of " << exposure_s << " s";
+  const auto painted = rig.painted();
+  ASSERT_TRUE(painted.has_value()) << "the pixels contradict each other";
+  EXPECT_NEAR(painted->exposure_us * 1e-6, exposure_s, 1e-6);
+  EXPECT_NEAR((*frame)->exposure_s, exposure_s, 1e-6);
+}
+
 // pixel = 256 (x + y + frame) mod 65535, times 1 + log10(exposure / 10 ms), cut off at the ends.
 double exposure_in_ramp(const std::vector<std::uint16_t>& pixels, int width) {
   constexpr int kSpan = 8;

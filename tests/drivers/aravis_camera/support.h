@@ -2,9 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <gtest/gtest.h>
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/base/clock.h"
@@ -65,6 +67,17 @@ template <typename Ready>
   }
   return true;
 }
+
+/// Tests that need the network.
+class Gige : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!has_own_network()) GTEST_SKIP() << "this user may not have a network of its own";
+  }
+};
+
+/// Triggers; fails the test unless a whole frame of this exposure comes.
+void expect_frame(Rig& rig, double exposure_s);
 
 /// The exposure in Aravis' own ramp of 16 bits, in seconds: its steepness follows from it.
 [[nodiscard]] double exposure_in_ramp(const std::vector<std::uint16_t>& pixels, int width);
