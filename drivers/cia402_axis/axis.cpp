@@ -80,6 +80,15 @@ Result<void> Cia402Axis::reach(Deadline deadline) {
   return {};
 }
 
+Result<Cia402Axis::Look> Cia402Axis::reach_and_look(Deadline deadline) {
+  while (true) {
+    if (auto reached = reach(deadline); !reached) return pass(reached);
+    auto seen = look(deadline);
+    // A boot-up message comes before every answer of the drive that booted.
+    if (!seen || drive_.is_the_same()) return seen;
+  }
+}
+
 Result<Cia402Axis::Look> Cia402Axis::look(Deadline deadline) {
   Look look;
   const auto statusword = drive_.statusword(deadline);
@@ -117,8 +126,7 @@ Result<Cia402Axis::Look> Cia402Axis::look(Deadline deadline) {
 }
 
 Result<AxisState> Cia402Axis::look_at_it(Deadline deadline) {
-  if (auto reached = reach(deadline); !reached) return pass(reached);
-  const auto seen = look(deadline);
+  const auto seen = reach_and_look(deadline);
   if (!seen) return pass(seen);
   if (doing_ == Doing::homing) {
     if (auto followed = follow_homing(*seen, deadline); !followed) return pass(followed);
@@ -300,8 +308,7 @@ Result<std::uint32_t> Cia402Axis::acceleration_units(double rad_s2) const {
 
 Result<void> Cia402Axis::start_move(std::int32_t target, double velocity, double acceleration,
                                     Deadline deadline) {
-  if (auto reached = reach(deadline); !reached) return reached;
-  const auto seen = look(deadline);
+  const auto seen = reach_and_look(deadline);
   if (!seen) return pass(seen);
   if (doing_ == Doing::homing) {
     if (auto followed = follow_homing(*seen, deadline); !followed) return followed;
@@ -338,8 +345,7 @@ Result<void> Cia402Axis::start_homing(Deadline deadline) {
     return fail(ErrorCode::refused, "the axis has an absolute encoder and no homing method", drive_.where(),
                 "set homing_method if it is to be homed all the same");
   }
-  if (auto reached = reach(deadline); !reached) return reached;
-  const auto seen = look(deadline);
+  const auto seen = reach_and_look(deadline);
   if (!seen) return pass(seen);
   if (doing_ == Doing::homing || (seen->power == Power::operation_enabled && is_moving(*seen))) {
     return fail(ErrorCode::busy, doing_ == Doing::homing ? "the axis is being homed" : "the axis is moving",

@@ -41,6 +41,8 @@ class Cia402Axis final : public Axis {
 
   [[nodiscard]] Deadline deadline() const { return Steady::now() + drive_.call_bound(); }
   [[nodiscard]] Result<void> reach(Deadline deadline);
+  /// Reaches the drive and looks at it; anew where it booted meanwhile.
+  [[nodiscard]] Result<Look> reach_and_look(Deadline deadline);
   [[nodiscard]] Result<Look> look(Deadline deadline);
 
   [[nodiscard]] Result<void> switch_on(Deadline deadline);

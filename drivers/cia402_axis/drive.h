@@ -34,6 +34,10 @@ class Drive {
   [[nodiscard]] base::Result<void> reach(Steady::time_point deadline);
   /// Grows whenever the drive was met anew: what was believed of it is void.
   [[nodiscard]] int acquaintance() const { return acquaintance_; }
+  /// False where it has booted, or the bus was away, since reach(): what was read is of nobody known.
+  [[nodiscard]] bool is_the_same() {
+    return is_met_ && network_->generation() == generation_ && monitor().boots() == boots_;
+  }
 
   template <typename T>
   [[nodiscard]] base::Result<T> read(Object object, Steady::time_point deadline) {
