@@ -29,7 +29,7 @@ class ReplyStream {
   /// there.
   [[nodiscard]] base::Result<std::optional<Reply>> next(Time deadline) {
     // A line that never falls silent and never says anything is not listened to for ever.
-    constexpr std::size_t kMostAfterDeadline = 64 * 1024;
+    constexpr std::size_t kMostAfterDeadline = 65536;
     std::size_t late = 0;
     while (late < kMostAfterDeadline) {
       if (auto reply = reader_.next()) return reply;

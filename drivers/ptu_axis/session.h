@@ -74,8 +74,8 @@ class Session {
   void plan_set_up();
   void add_order(std::string command);
   void add_number(std::string query, std::function<base::Result<void>(double)> take);
-  void add_awaited(std::string command, std::chrono::milliseconds within);
-  void add_tabled(std::string command);
+  void add_awaited(const std::string& command, std::chrono::milliseconds within);
+  void add_tabled(const std::string& command);
   void add_rest();
   void add_limits(Axis& axis);
   void add_base(Axis& axis, int is);

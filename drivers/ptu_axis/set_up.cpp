@@ -38,7 +38,7 @@ void Session::add_number(std::string query, std::function<Result<void>(double)> 
 }
 
 // A command whose reply takes so long that calls must not wait for it.
-void Session::add_awaited(std::string command, std::chrono::milliseconds within) {
+void Session::add_awaited(const std::string& command, std::chrono::milliseconds within) {
   steps_.add([this, command, within]() -> Result<Is> {
     if (auto ok = link_.send(command); !ok) return pass(ok);
     awaited_until_ = clock_.now() + within;
@@ -63,8 +63,8 @@ void Session::add_awaited(std::string command, std::chrono::milliseconds within)
 
 // A setting for which the unit computes new tables for seconds. Whether it says "*" before or after that is
 // not known; it is through when it answers a query.
-void Session::add_tabled(std::string command) {
-  add_awaited(std::move(command), settings_.tables_within);
+void Session::add_tabled(const std::string& command) {
+  add_awaited(command, settings_.tables_within);
   add_awaited(axis_command(axes_.front(), "P"), settings_.tables_within);
 }
 
