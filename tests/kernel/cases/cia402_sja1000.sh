@@ -13,11 +13,10 @@ for interface in can0 can1; do
   on_exit ip link set $interface down
 done
 start_drive can1
-start_canopen_scan can0 8
+start_canopen_scan can0 12
 await poses_done 2
 ip link set can0 down
-await suspended
-rig status | contains 'can0'
+await suspended can0
 ip link set can0 up
 await_scan
 expect_drive_moved

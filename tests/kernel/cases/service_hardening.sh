@@ -14,7 +14,7 @@ expect_property ProtectHome yes
 expect_property PrivateTmp yes
 expect_property PrivateNetwork yes
 expect_property DevicePolicy closed
-expect_property RestrictAddressFamilies AF_UNIX
+expect_property RestrictAddressFamilies 'AF_NETLINK AF_UNIX'
 expect_property RestrictRealtime yes
 expect_property RestrictSUIDSGID yes
 expect_property MemoryDenyWriteExecute yes

@@ -33,13 +33,14 @@ homing_speed_deg_s = 50
 homing_creep_deg_s = 5
 TOML
   } >"$scratch/rig.toml"
-  start_rigd
-  submit_job "$2"
+  start_scan "$2"
 }
+
+order() { echo "$*" >"$scratch/orders"; }
 
 # What the drive itself says in the end: homed and moved by the bus, and standing.
 expect_drive_moved() {
-  echo "show 3" >"$scratch/orders"
+  order show 3
   await grep -q '^node 3' "$scratch/said"
   cat "$scratch/said"
   contains '^node 3 position [0-9.]+ standing' <"$scratch/said"
