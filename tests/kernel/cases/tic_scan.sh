@@ -35,12 +35,10 @@ homing = "reverse"
 TOML
 } >"$scratch/rig.toml"
 
-start_rigd
-submit_job 8
+start_scan 12
 await poses_done 2
 order unplug
-await suspended
-rig status
+await suspended 'is gone'
 order plug
 await_scan
 order state
