@@ -3,6 +3,7 @@
 # suite: devices
 # limit: 120
 . "$KERNEL_TESTS/guest/lib.sh"
+. "$KERNEL_TESTS/guest/scan.sh"
 . "$KERNEL_TESTS/guest/canopen.sh"
 
 modprobe -a kvaser_pci can-raw
@@ -13,7 +14,8 @@ for interface in can0 can1; do
   on_exit ip link set $interface down
 done
 start_drive can1
-start_canopen_scan can0 12
+canopen_rig can0 >"$scratch/rig.toml"
+start_scan 12
 await poses_done 2
 ip link set can0 down
 await suspended can0

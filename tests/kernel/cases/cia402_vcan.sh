@@ -3,6 +3,7 @@
 # suite: devices
 # limit: 120
 . "$KERNEL_TESTS/guest/lib.sh"
+. "$KERNEL_TESTS/guest/scan.sh"
 . "$KERNEL_TESTS/guest/canopen.sh"
 
 modprobe -a vcan can-raw
@@ -10,7 +11,8 @@ ip link add dev vcan_arm type vcan
 on_exit ip link del vcan_arm
 ip link set vcan_arm up
 start_drive vcan_arm
-start_canopen_scan vcan_arm 12
+canopen_rig vcan_arm >"$scratch/rig.toml"
+start_scan 12
 await poses_done 2
 bus_off=20000040
 restarted=20000100

@@ -1,18 +1,17 @@
-# A scan with the light arm on a CANopen drive: rigd on one CAN interface, the simulated drive on the same or another.
+# For cases with the light arm on a CANopen drive: rigd on one CAN interface, the simulated drive on the same or another.
 # shellcheck shell=bash
-. "$KERNEL_TESTS/guest/scan.sh"
 
 start_drive() { # interface
   mkfifo "$scratch/orders"
-  rig-sim-canopen --interface "$1" --node 3 --low -3000 --high 13000 --control "$scratch/orders" >"$scratch/said" &
+  "$RIG_BUILD/bin/rig-sim-canopen" --interface "$1" --node 3 --low -3000 --high 13000 --control "$scratch/orders" >"$scratch/said" &
   on_exit kill $!
   await grep -q ready "$scratch/said"
 }
 
-start_canopen_scan() { # interface, poses
-  {
-    real_time_rig | part_of axis.arm can arm | arm_from_45
-    cat <<TOML
+# rig.toml
+canopen_rig() { # interface
+  real_time_rig | part_of axis.arm can arm | arm_from_45
+  cat <<TOML
 [[module]]
 name = "can"
 file = "cia402_axis"
@@ -32,13 +31,11 @@ homing_method = 17
 homing_speed_deg_s = 50
 homing_creep_deg_s = 5
 TOML
-  } >"$scratch/rig.toml"
-  start_scan "$2"
 }
 
 order() { echo "$*" >"$scratch/orders"; }
 
-# What the drive itself says in the end: homed and moved by the bus, and standing.
+# What the drive itself says in the end.
 expect_drive_moved() {
   order show 3
   await grep -q '^node 3' "$scratch/said"

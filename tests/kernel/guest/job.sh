@@ -8,6 +8,23 @@ tiny_rig() { # file
     -e 's/readout_ms = 500.0/readout_ms = 50.0\nrender = "hash"/' "$1"
 }
 
+# Hands a part of the rig to a device of another module.
+part_of() { # part, module, device; rig.toml in and out
+  sed "/^\\[$1\\]/,/^\\[/{s/^module = .*/module = \"$2\"/;s/^device = .*/device = \"$3\"/}"
+}
+
+# The tiny rig by the wall's time, for devices that know no other; all deadlines are long.
+real_time_rig() {
+  tiny_rig "$RIG_SOURCE/share/virtual/rig.toml" | sed -e '/^clock = /d' \
+    -e 's/^warm_up_s = 900.0/warm_up_s = 0.0\nwarm_at_start = true/' -e 's/^settle_ms = .*/settle_ms = 20/'
+  printf '%s\n' '[deadlines]' 'axis_ms = 30000' 'camera_ms = 30000' 'frame_ms = 60000' 'light_ms = 30000' 'lines_ms = 30000'
+}
+
+# The arm's travel and homing as the simulated drives of the cases have them: from a switch at 45 degrees upwards.
+arm_from_45() {
+  sed '/^.axis.arm/,/^.home/{s/^min_deg.*/min_deg = 45.0/;s/^approach_deg.*/approach_deg = 0.0/}'
+}
+
 write_job() { # poses
   local i
   printf '%s\n' 'format = 1' 'name = "night"' 'sample = "chart"' '[exposure]' 'strategy = "fixed"' \

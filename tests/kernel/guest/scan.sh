@@ -1,27 +1,10 @@
-# For cases that scan with a real device in the place of one of the virtual rig's: rigd is run by hand, by the wall's
-# time, and all its deadlines are long.
+# For cases that scan with a real device in the place of one of the virtual rig's: rigd is run by hand.
 # shellcheck shell=bash
 . "$KERNEL_TESTS/guest/job.sh"
 
 export RIG_RUNTIME_DIR=$scratch/run
 mkdir -p "$RIG_RUNTIME_DIR"
 export PATH=$RIG_BUILD/bin:$PATH
-
-# The tiny rig, with the given part handed to a device of another module.
-part_of() { # part, module, device; rig.toml in and out
-  sed "/^\\[$1\\]/,/^\\[/{s/^module = .*/module = \"$2\"/;s/^device = .*/device = \"$3\"/}"
-}
-
-real_time_rig() {
-  tiny_rig "$RIG_SOURCE/share/virtual/rig.toml" | sed -e '/^clock = /d' \
-    -e 's/^warm_up_s = 900.0/warm_up_s = 0.0\nwarm_at_start = true/' -e 's/^settle_ms = .*/settle_ms = 20/'
-  printf '%s\n' '[deadlines]' 'axis_ms = 30000' 'camera_ms = 30000' 'frame_ms = 60000' 'light_ms = 30000' 'lines_ms = 30000'
-}
-
-# The arm's travel and homing as the simulated drives of the cases have them: from a switch at 45 degrees upwards.
-arm_from_45() {
-  sed '/^.axis.arm/,/^.home/{s/^min_deg.*/min_deg = 45.0/;s/^approach_deg.*/approach_deg = 0.0/}'
-}
 
 # rigd on $scratch/rig.toml, with a job of so many poses. What it logged is the end of the case's output.
 start_scan() { # poses

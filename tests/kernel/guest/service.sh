@@ -8,10 +8,7 @@ shipped=$(dirname "$(systemctl show -P FragmentPath rigd)")/../../../share/rigd/
 install_rigd() {
   systemd-sysusers
   systemd-tmpfiles --create
-  {
-    printf '%s\n' 'sockets.observe_group = "rig-observe"' 'sockets.operate_group = "rig-operate"'
-    tiny_rig "$shipped"
-  } >/etc/rigd/rig.toml
+  tiny_rig "$shipped" | describe_rig
   rm -rf /var/lib/rigd /srv/rigd/*
   person alice rig-operate
   person bob rig-observe
@@ -19,6 +16,14 @@ install_rigd() {
   journalctl --sync
   before=$(journalctl -n 0 --show-cursor | sed -n 's/^-- cursor: //p')
   on_exit forget_rigd
+}
+
+# The rig.toml on standard input is the machine's, with the sockets' groups.
+describe_rig() {
+  {
+    printf '%s\n' 'sockets.observe_group = "rig-observe"' 'sockets.operate_group = "rig-operate"'
+    cat
+  } >/etc/rigd/rig.toml
 }
 
 forget_rigd() {
