@@ -298,8 +298,9 @@ Result<void> Session::move_to(std::size_t index, double target_rad, double veloc
   if (!axis.enabled) return refused("is not energised", "enable it first");
   if (!axis.homed) return refused("does not know where it stands", "home it first");
   if (settings_.limits != Limits::off && (*target < axis.low || *target > axis.high)) {
-    const auto [a, b] = std::minmax(base::degrees(settings.scale.radians(axis.low)),
-                                    base::degrees(settings.scale.radians(axis.high)));
+    const double low_deg = base::degrees(settings.scale.radians(axis.low));
+    const double high_deg = base::degrees(settings.scale.radians(axis.high));
+    const auto [a, b] = std::minmax(low_deg, high_deg);  // references
     return refused(fmt::format("cannot go to {:.4f} deg: the unit's travel is {:.4f} to {:.4f} deg",
                                base::degrees(target_rad), a, b),
                    {});
