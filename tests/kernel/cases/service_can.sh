@@ -17,7 +17,7 @@ canopen_rig vcan_arm | describe_rig
 install -D -m 644 "$(dirname "$shipped")/../can.conf" /run/systemd/system/rigd.service.d/can.conf
 systemctl daemon-reload
 start_rigd
-expect_property RestrictAddressFamilies 'AF_UNIX AF_CAN'
+expect_property RestrictAddressFamilies 'AF_CAN AF_NETLINK AF_UNIX'
 property IPAddressDeny | contains '0\.0\.0\.0/0'
 submit_job 3
 await_scan
