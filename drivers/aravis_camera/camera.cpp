@@ -15,7 +15,7 @@ constexpr std::chrono::milliseconds kOverdue{500};
 
 }  // namespace
 
-GenicamCamera::GenicamCamera(Settings settings, base::Clock& clock, Log log)
+GenicamCamera::GenicamCamera(Settings settings, base::Clock& clock, const Log& log)
     : settings_(std::move(settings)), clock_(clock) {
   keeper_ = std::make_unique<Keeper>(
       [this, log](std::function<void()> on_lost) {
@@ -24,9 +24,10 @@ GenicamCamera::GenicamCamera(Settings settings, base::Clock& clock, Log log)
       settings_.called(), settings_.answer, log);
 }
 
-Result<std::unique_ptr<GenicamCamera>> GenicamCamera::open(Settings settings, base::Clock& clock, Log log) {
+Result<std::unique_ptr<GenicamCamera>> GenicamCamera::open(Settings settings, base::Clock& clock,
+                                                           const Log& log) {
   const auto within = settings.open_within;
-  std::unique_ptr<GenicamCamera> camera(new GenicamCamera(std::move(settings), clock, std::move(log)));
+  std::unique_ptr<GenicamCamera> camera(new GenicamCamera(std::move(settings), clock, log));
   auto capabilities = camera->keeper_->wait_until_open(within);
   if (!capabilities) return pass(capabilities);
   camera->capabilities_ = *capabilities;

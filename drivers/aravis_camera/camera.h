@@ -23,7 +23,7 @@ class GenicamCamera final : public Camera {
  public:
   /// Returns once it is open and configured. Errors: lost (not found in time), device, bad_input.
   [[nodiscard]] static base::Result<std::unique_ptr<GenicamCamera>> open(Settings settings,
-                                                                         base::Clock& clock, Log log);
+                                                                         base::Clock& clock, const Log& log);
 
   [[nodiscard]] CameraCapabilities capabilities() const override { return capabilities_; }
   [[nodiscard]] base::Result<void> arm() override;
@@ -34,7 +34,7 @@ class GenicamCamera final : public Camera {
   [[nodiscard]] base::Result<std::optional<double>> temperature_c() override;
 
  private:
-  GenicamCamera(Settings settings, base::Clock& clock, Log log);
+  GenicamCamera(Settings settings, base::Clock& clock, const Log& log);
   [[nodiscard]] base::Result<void> expose(double exposure_s, double gain, bool by_line);
   void probe_where_overdue();
 

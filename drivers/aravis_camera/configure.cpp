@@ -32,7 +32,7 @@ Result<void> set_entry_if_there(ArvCamera* camera, const char* feature, const ch
 
 Result<void> set_features(ArvCamera* camera, const Settings& settings) {
   for (const auto& [name, value] : settings.features) {
-    const std::string line = name + "=" + value;
+    const std::string line = fmt::format("{}={}", name, value);
     auto done = attempt("to set " + line, [&, &feature = name](GError** e) {
       if (!has(camera, feature.c_str())) {
         g_set_error(e, ARV_DEVICE_ERROR, ARV_DEVICE_ERROR_FEATURE_NOT_FOUND, "it has no such feature");

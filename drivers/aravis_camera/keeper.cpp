@@ -5,7 +5,6 @@ namespace rig::drivers::aravis {
 using base::ErrorCode;
 using base::fail;
 using base::LogLevel;
-using base::pass;
 using base::Result;
 using std::chrono::milliseconds;
 using Steady = std::chrono::steady_clock;

@@ -49,6 +49,7 @@ constexpr std::array<std::pair<const char*, const char*>, 4> kPatterns{
 
 std::vector<PixelFormat> all_formats() {
   std::vector<PixelFormat> formats;
+  formats.reserve(kMono.size() + kMosaics.size() * kPatterns.size());
   for (const Mono& m : kMono)
     formats.push_back({std::string("Mono") + m.suffix, m.code, m.bits, m.packing, "none"});
   for (const Mosaic& m : kMosaics) {
