@@ -91,6 +91,15 @@ TEST(Camera, InTheDarkTheStatedNumberIsUsedAndSaid) {
   for (int i = 0; i < 6; ++i) expect_frame(rig, i % 2 == 0 ? 1e-3 : 9e-3);
 }
 
+TEST(Camera, ACameraThatIsTooSlowToBeMeasuredIsNotWaitedFor) {
+  Wired wired({.interval_s = 0.4});
+  const auto begun = std::chrono::steady_clock::now();
+  Rig rig(wired.name(), kGrey + "settle_frames = 2\n");
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, milliseconds(2000));
+  EXPECT_TRUE(rig.said().has("its frames come too slowly; settle_frames says 2"));
+  expect_frame(rig, 1e-3);
+}
+
 TEST(Camera, InBrightLightShorterExposuresAreTried) {
   Wired wired({.interval_s = 0.02, .delay_frames = 3});
   wired.device.set_light(255);
