@@ -6,7 +6,6 @@
 
 namespace rig::drivers::v4l2 {
 
-using base::pass;
 using base::Result;
 
 namespace {

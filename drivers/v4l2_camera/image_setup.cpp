@@ -8,7 +8,6 @@ namespace rig::drivers::v4l2 {
 
 using base::ErrorCode;
 using base::fail;
-using base::pass;
 using base::Result;
 
 namespace {

@@ -40,12 +40,14 @@ std::int64_t nanoseconds(Steady::time_point at) {
 
 std::vector<V4l2Queue::Size> sizes_of(const V4l2CameraOptions& options) {
   std::vector<V4l2Queue::Size> sizes;
+  sizes.reserve(options.sizes.size());
   for (const auto& [width, height] : options.sizes) sizes.push_back({width, height});
   return sizes;
 }
 
+// Into a field that is all zeros.
 void write_text(unsigned char* to, std::size_t room, const std::string& text) {
-  std::memcpy(to, text.data(), std::min(text.size(), room - 1));
+  std::copy_n(text.begin(), std::min(text.size(), room - 1), to);
 }
 
 }  // namespace
@@ -363,7 +365,8 @@ void V4l2Camera::Device::hand_out(const VideoFacts& facts, Steady::time_point be
   if (!half) std::memset(memory, 0xEE, image.sizeimage);
   for (std::uint32_t line = 0; line < (half ? image.height / 2 : image.height); ++line) {
     paint_video_line(facts, queue->format().bits, line, samples);
-    pack_video_line(queue->format(), samples, {memory + line * image.bytesperline, image.bytesperline});
+    pack_video_line(queue->format(), samples,
+                    {memory + std::size_t{line} * image.bytesperline, image.bytesperline});
   }
   V4l2Queue::Frame frame;
   frame.sequence = facts.frame;
