@@ -113,9 +113,7 @@ TEST_F(PreflightTest, SuspensionAndEndAreTold) {
   EXPECT_EQ(hold(1, "by hand").outcome(), protocol::DONE);  // an operator knows of it
   EXPECT_EQ(release(1).outcome(), protocol::DONE);
   run_to_completion();
-  std::vector<std::string> occasions;
-  for (const TellOfJob& told : actions<TellOfJob>()) occasions.push_back(told.occasion);
-  EXPECT_EQ(occasions, (std::vector<std::string>{"suspended", "complete"}));
+  EXPECT_EQ(occasions(), (std::vector<std::string>{"suspended", "complete"}));
 }
 
 }  // namespace

@@ -214,6 +214,7 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     daemon::Setup setup = small_setup();
     setup.light.has_shutter = random.below(4) != 0;
     setup.rig.unattended.suspend.limit_s = random.below(2) == 0 ? 5 : 7200;
+    setup.rig.unattended.suspend.person_limit_s = random.below(2) == 0 ? 5 : 43200;
     setup.rig.unattended.suspend.fail_at_limit = random.below(6) == 0;
     if (random.below(2) == 0) setup.rig.unattended.park_rad = some_poses()[1];
     setup.camera.overlaps_motion = random.below(3) != 0;
