@@ -176,6 +176,18 @@ void UsbIpDevice::send(std::uint8_t endpoint, std::vector<std::uint8_t> data) {
   impl_->match();
 }
 
+std::size_t UsbIpDevice::unfetched(std::uint8_t endpoint) const {
+  const std::lock_guard lock(impl_->mutex);
+  return static_cast<std::size_t>(
+      std::count_if(impl_->queued.begin(), impl_->queued.end(),
+                    [endpoint](const Queued& each) { return each.endpoint == endpoint; }));
+}
+
+void UsbIpDevice::forget(std::uint8_t endpoint) {
+  const std::lock_guard lock(impl_->mutex);
+  std::erase_if(impl_->queued, [endpoint](const Queued& each) { return each.endpoint == endpoint; });
+}
+
 bool UsbIpDevice::ended() const {
   return impl_->ended;
 }

@@ -1,0 +1,92 @@
+# The kernel's uvcvideo on a USB video camera that is a program: V4L2's controls reach the exposure of real frames, and
+# what a USB camera does wrong looks to a program as it does on a real one.
+# suite: devices
+# limit: 180
+. "$KERNEL_TESTS/guest/lib.sh"
+. "$KERNEL_TESTS/guest/uvc.sh"
+
+width=320
+height=240
+start_usb
+start_camera --delay 2
+await camera_is_there
+node=$(video_node)
+v4l2() { v4l2-ctl -d "$node" "$@"; }
+control() { v4l2 --get-ctrl "$1" | sed 's/.*: //'; }
+capture() { # format for V4L2, for the reader, frames
+  v4l2 --set-fmt-video=width=$width,height=$height,pixelformat="$1" --stream-mmap=4 --stream-count="$3" \
+    --stream-to="$scratch/frames" >/dev/null 2>&1
+  read_frames "$scratch/frames" $width $height "$2" >"$scratch/facts"
+}
+expect_settings() { # exposure, gain, brightness: of all frames that were captured
+  expect_equal "what the frames were taken with" "$(cut -d' ' -f2-4 "$scratch/facts" | sort -u)" "$1 $2 $3"
+}
+
+formats=$(v4l2 --list-formats-ext)
+echo "$formats"
+for format in GREY 'Y12 ' 'Y16 ' RGGB; do
+  contains "'$format'" <<<"$formats" || fail "no format $format"
+done
+contains 640x480 <<<"$formats"
+controls=$(v4l2 --list-ctrls)
+echo "$controls"
+contains 'exposure_time_absolute.*min=1 max=20000 step=1 default=156.*inactive' <<<"$controls"
+contains 'gain.*min=16 max=255 step=1 default=16' <<<"$controls"
+contains 'brightness.*min=0 max=255 step=1 default=64' <<<"$controls"
+
+# The camera exposes by itself until it is told not to.
+v4l2 --set-parm 10
+capture GREY GREY 2
+expect_equal "the automatic exposure" "$(control exposure_time_absolute)" 384
+expect_settings 384 16 64
+expect_refused v4l2 --set-ctrl exposure_time_absolute=100
+
+v4l2 --set-ctrl auto_exposure=1
+for each in '40 16 64' '2000 16 0' '100 48 255'; do
+  read -r exposure gain brightness <<<"$each"
+  v4l2 --set-ctrl "exposure_time_absolute=$exposure,gain=$gain,brightness=$brightness"
+  expect_equal exposure "$(control exposure_time_absolute)" "$exposure"
+  for format in 'GREY GREY' 'Y16  Y16'; do
+    capture "${format% *}" "${format##* }" 2
+    expect_settings "$exposure" "$gain" "$brightness"
+  done
+done
+capture 'Y12 ' Y12 1
+expect_settings 100 48 255
+capture RGGB RGGB 1
+expect_settings 100 48 255
+expect_refused v4l2 --set-ctrl gain=15 --set-ctrl exposure_time_absolute=20001
+
+# A setting in the middle of a stream is in the frames after those that are on their way.
+capture GREY GREY 16 &
+capturing=$!
+await streaming
+v4l2 --set-ctrl exposure_time_absolute=300
+wait $capturing
+cut -d' ' -f2 "$scratch/facts" | uniq -c | tee "$scratch/runs"
+expect_equal "exposures one after the other" "$(awk '{print $2}' "$scratch/runs" | xargs)" '100 300'
+
+# A frame with its error bit, and one that is cut, never reach the program.
+order damage 1
+order cut 1 50
+capture GREY GREY 2
+cat "$scratch/facts"
+order state | tee "$scratch/state"
+order stall 1 4
+expect_refused v4l2 --set-ctrl brightness=100
+v4l2 --set-ctrl brightness=100
+
+v4l2 --set-fmt-video=width=$width,height=$height,pixelformat=GREY --stream-mmap=4 --stream-count=10000 >"$scratch/stream" 2>&1 &
+capturing=$!
+await streaming
+order unplug
+await camera_is_gone
+if wait $capturing; then fail "the stream went on without its camera"; fi
+order plug
+await camera_is_there
+node=$(video_node)
+expect_equal "exposure after power-up" "$(control auto_exposure)" 3
+v4l2 --set-ctrl auto_exposure=1
+capture GREY GREY 1
+expect_settings 156 16 64
+order state
