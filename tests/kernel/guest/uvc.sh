@@ -35,6 +35,7 @@ video_node() {
 camera_is_there() { [ -c "$(video_node)" ]; }
 camera_is_gone() { ! video_node >/dev/null; }
 
+state_of() { order state | sed "s/.* $1 \([0-9]*\).*/\1/"; } # word
 streaming() { order state | grep -q 'streaming 1'; }
 
 # What frames are made of, a line each: frame number, exposure in 100 us, gain, brightness, light.
