@@ -302,10 +302,4 @@ const JobEntry* active_job(const State& state) {
   return nullptr;
 }
 
-double bytes_left_to_write(const Setup& setup, const State& state) {
-  if (!state.job || !state.job->config) return 0;
-  const auto poses = state.job->rows.size() + (state.job->current ? 1U : 0U) + (state.job->storing ? 1U : 0U);
-  return static_cast<double>(poses) * bytes_of_pose(setup, *state.job->config);
-}
-
 }  // namespace rig::daemon

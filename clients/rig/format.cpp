@@ -117,6 +117,8 @@ std::string describe_preflight(const protocol::Preflight& flight) {
     out += fmt::format("{:.1f} MB are free\n", static_cast<double>(flight.bytes_free()) * 1e-6);
   }
   out += fmt::format("the lamp will have burnt {:.1f} h\n", flight.lamp_hours());
+  if (flight.visits() > 0) out += fmt::format("{} reference visits\n", flight.visits());
+  for (const std::string& warning : flight.warnings()) out += "warning: " + warning + "\n";
   for (const std::string& problem : flight.problems()) out += "problem: " + problem + "\n";
   return out;
 }

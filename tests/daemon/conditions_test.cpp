@@ -1,6 +1,7 @@
 // What suspends a job, what releases it, and what happens when it takes too long.
 #include "daemon/conditions.h"
 
+#include "daemon/space.h"
 #include "tests/daemon/job_fixture.h"
 
 namespace rig::daemon::testing {
