@@ -1,7 +1,9 @@
 // Reference visits and the check of the sample's place on the virtual rig, with frames that show its carrier.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <span>
 
+#include "core/base/hash.h"
 #include "core/scan/scan_directory.h"
 #include "core/scan/verify.h"
 #include "tests/system/running_rig.h"
@@ -144,6 +146,44 @@ TEST_F(Visit, TheWrongSampleIsNotMeasured) {
   EXPECT_EQ(rig_.end(SIGTERM), 0);
 }
 
+TEST_F(Visit, AFrameIsFetchedByTheClientWhateverLiesThereFromBefore) {
+  ASSERT_NO_FATAL_FAILURE(rig_.start());
+  rig_.submit(job());
+  EXPECT_EQ(rig_.await_job_end(), protocol::COMPLETE) << rig_.log();
+  const std::string stored = bytes_in(rig_.scan() / "frames/000004/00.tif");
+  const std::filesystem::path out = folder_ / "frame.tif";
+  const std::filesystem::path part = folder_ / "frame.tif.part";
+  const auto fetch = [&](const std::string& row) {
+    return run_program("rig",
+                       {"frame", "1", row, "0", "--out", out, "--endpoint",
+                        "ipc://" + (folder_ / "rig/run/operate.sock").string()},
+                       folder_ / "rig-frame.log");
+  };
+  std::string half = stored.substr(0, stored.size() / 2);
+  std::string corrupt = half;
+  corrupt[1000] = static_cast<char>(corrupt[1000] ^ 1);
+  for (const std::string& before :
+       {std::string(), half, corrupt, stored, stored + "and more", corrupt + stored}) {
+    std::filesystem::remove(out);
+    put_bytes(part, before);
+    ASSERT_EQ(fetch("4"), 0) << before.size() << "\n" << bytes_in(folder_ / "rig-frame.log");
+    EXPECT_EQ(bytes_in(out), stored);
+    EXPECT_FALSE(std::filesystem::exists(part));
+  }
+  std::filesystem::remove(out);
+  EXPECT_NE(fetch("400"), 0);
+  EXPECT_FALSE(std::filesystem::exists(out));
+  // A frame whose file is damaged on rigd's disk is not handed out as good.
+  std::string damaged = stored;
+  damaged.back() = static_cast<char>(damaged.back() ^ 1);
+  put_bytes(rig_.scan() / "frames/000004/00.tif", damaged);
+  EXPECT_NE(fetch("4"), 0);
+  EXPECT_THAT(bytes_in(folder_ / "rig-frame.log"), HasSubstr("another hash than the journal has"));
+  EXPECT_FALSE(std::filesystem::exists(out));
+  EXPECT_FALSE(std::filesystem::exists(part));
+  EXPECT_EQ(rig_.end(SIGTERM), 0);
+}
+
 TEST_F(Visit, AFrameIsFetchedInPieces) {
   ASSERT_NO_FATAL_FAILURE(rig_.start());
   rig_.submit(job());
@@ -161,6 +201,7 @@ TEST_F(Visit, AFrameIsFetchedInPieces) {
     EXPECT_EQ(piece.offset(), bytes.size());
     bytes += piece.content();
   } while (bytes.size() < piece.file_bytes());
+  EXPECT_EQ(piece.sha256(), base::sha256_hex(std::as_bytes(std::span(bytes))));
   EXPECT_EQ(bytes, bytes_in(rig_.scan() / "frames/000004/00.tif"));
   protocol::Request beyond;
   beyond.mutable_get_frame()->set_job(1);
