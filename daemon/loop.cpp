@@ -214,6 +214,7 @@ protocol::Frame Loop::describe(const drivers::FrameInfo& info, double share, con
   protocol::Frame frame;
   frame.set_exposure_us(info.exposure_s * 1e6);
   frame.set_gain(info.gain);
+  frame.set_counter(info.counter);
   frame.set_saturated_share(share);
   frame.set_preview_width(static_cast<std::uint32_t>(preview.width));
   frame.set_preview_height(static_cast<std::uint32_t>(preview.height));
