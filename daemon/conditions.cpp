@@ -180,7 +180,8 @@ bool any_on(const State& state) {
 
 void enter(const Setup& setup, State& state, Actions& actions, const Rule& rule, std::uint64_t job,
            const std::string& reason) {
-  track_of(state, rule.condition) = ConditionTrack{true, state.now, std::nullopt, reason, false};
+  const double limit_s = setup.rig.unattended.suspend.*rule.limit_s;
+  track_of(state, rule.condition) = ConditionTrack{true, state.now, std::nullopt, reason, false, limit_s};
   if (state.job) {
     state.job->suspended = true;
     if (rule.way == Way::at_once) give_back(state, actions);
@@ -190,7 +191,7 @@ void enter(const Setup& setup, State& state, Actions& actions, const Rule& rule,
   suspended.set_job(job);
   suspended.set_condition(std::string(rule.name));
   suspended.set_reason(reason);
-  suspended.set_limit_s(setup.rig.unattended.suspend.*rule.limit_s);
+  suspended.set_limit_s(limit_s);
   publish(state, actions, std::move(event));
 }
 

@@ -108,6 +108,18 @@ std::string describe_status(const protocol::Status& status) {
   return out;
 }
 
+std::string describe_suspension(const protocol::Suspension& suspension) {
+  std::string out =
+      fmt::format("{} for {}", suspension.condition(), base::format_duration(suspension.suspended_s()));
+  if (suspension.limit_s() > 0)
+    out += fmt::format(" of at most {}", base::format_duration(suspension.limit_s()));
+  return out;
+}
+
+std::string describe_bytes(double bytes) {
+  return bytes >= 1e9 ? fmt::format("{:.1f} GB", bytes * 1e-9) : fmt::format("{:.1f} MB", bytes * 1e-6);
+}
+
 std::string describe_preflight(const protocol::Preflight& flight) {
   std::string out = fmt::format("{} poses, at most {} frames and {:.1f} MB\n", flight.poses(),
                                 flight.frames(), static_cast<double>(flight.bytes_needed()) * 1e-6);

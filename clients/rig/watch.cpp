@@ -115,7 +115,8 @@ class Watch {
     if (!reply) return base::pass(reply);
     bool idle = true;
     for (const auto& job : reply->jobs().jobs()) {
-      if (job.state() == protocol::ACTIVE || job.state() == protocol::SUSPENDED) take_up(job);
+      // One that is held may be the one that rigd is at, or wait in the queue, where nothing suspends it.
+      if (job.state() == protocol::ACTIVE || !job.suspensions().empty()) take_up(job);
       if (goes_on(job)) {
         idle = false;
         followed_.insert(job.job());
@@ -229,6 +230,11 @@ class Watch {
                                          : std::string("time left not known yet");
       progress = fmt::format("job {} '{}': {}/{} poses, {}; {}", job_.job(), job_.name(), job_.done(),
                              job_.poses(), left, pose_);
+    } else if (!job_.suspensions().empty()) {
+      progress = fmt::format("job {} '{}': {}/{} poses, suspended", job_.job(), job_.name(), job_.done(),
+                             job_.poses());
+      for (const auto& on : job_.suspensions())
+        progress += fmt::format("; {}: {}", describe_suspension(on), on.reason());
     }
     screen_->show(view_, progress);
   }
