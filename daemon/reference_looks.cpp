@@ -12,6 +12,8 @@ std::vector<Look> reference_looks(const Setup& setup) {
   if (setup.light.has_shutter)
     looks.push_back({"dark", reference->pose_rad, reference->dark_exposure_s, false});
   looks.push_back({"patches", reference->pose_rad, reference->exposure_s, true});
+  if (reference->flat)
+    looks.push_back({"flat", reference->flat->pose_rad, reference->flat->exposure_s, true});
   return looks;
 }
 

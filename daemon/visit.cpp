@@ -290,8 +290,10 @@ void on_look_judged(const Setup& setup, State& state, Actions& actions, const Lo
   if (visit.kind == Kind::place) return judge_place(state, actions, *judged.finding);
   if (visit.kind == Kind::identity) return judge_identity(state, actions, *judged.finding);
   visit.looks.push_back(judged.finding->record);
-  if (++visit.look < looks_of(setup, job, visit.kind).size()) {
-    visit.stage = Stage::to_light;  // from the same pose
+  const auto looks = looks_of(setup, job, visit.kind);
+  if (++visit.look < looks.size()) {
+    const bool stays = looks[visit.look].pose_rad == looks[visit.look - 1].pose_rad;
+    visit.stage = stays ? Stage::to_light : Stage::to_move;
     return;
   }
   scan::VisitRecord now;
@@ -327,6 +329,8 @@ void on_visit_recorded(const Setup& setup, State& state, Actions& actions, const
   visited.set_dark_dn(verdict.dark_dn);
   visited.set_level(verdict.level);
   visited.set_unevenness(verdict.unevenness);
+  visited.set_flat_level(verdict.flat_level);
+  visited.set_flat_unevenness(verdict.flat_unevenness);
   visited.set_poses_again(static_cast<std::uint32_t>(recorded.again.size()));
   publish(state, actions, std::move(event));
   if (visit.good) {

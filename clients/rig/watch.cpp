@@ -186,11 +186,12 @@ class Watch {
       if (!checked.problem().empty()) screen_->message(checked.problem());
     } else if (event.has_reference_visited()) {
       const auto& visited = event.reference_visited();
-      screen_->message(fmt::format(
-          "reference visit {}: {}", visited.visit(),
-          visited.good()
-              ? fmt::format("good, the patches have {:.4f} of their first radiance", visited.level())
-              : fmt::format("{}; {} poses are queued again", visited.what(), visited.poses_again())));
+      std::string found = fmt::format("{}; {} poses are queued again", visited.what(), visited.poses_again());
+      if (visited.good()) {
+        found = fmt::format("good, the patches have {:.4f} of their first radiance", visited.level());
+        if (visited.flat_level() > 0) found += fmt::format(", the flat {:.4f} of its", visited.flat_level());
+      }
+      screen_->message(fmt::format("reference visit {}: {}", visited.visit(), found));
     } else if (event.has_alarm()) {
       screen_->message("alarm: " + event.alarm().text());
     }

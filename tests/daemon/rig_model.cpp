@@ -436,6 +436,7 @@ void RigModel::judge(const JudgeLook& look) {
   LookFinding finding;
   finding.record.name = look.name;
   finding.record.means_dn = {look.name == "dark" ? dark_dn : patch_dn};
+  if (look.name == "flat") finding.record.means_dn = flat_dn;
   finding.tags = tags;
   finding.moved = moved;
   // Not before there is something that it is worse than.

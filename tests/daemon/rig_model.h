@@ -44,8 +44,9 @@ class RigModel {
   double free_bytes = 1e12;                                 ///< of the scan's disk
   bool scan_folder_gone = false;
   double patch_dn = 1000, dark_dn = 0;  ///< what a reference visit finds
-  std::string moved;                    ///< what the check of the sample's place finds
-  std::vector<int> tags{0, 1, 2};       ///< that are seen
+  std::vector<double> flat_dn = std::vector<double>(16, 2000);
+  std::string moved;               ///< what the check of the sample's place finds
+  std::vector<int> tags{0, 1, 2};  ///< that are seen
 
   /// Whatever comes next happens: a device acts, a tick, or the request that a client wants to send by then.
   /// One call of step() at most.

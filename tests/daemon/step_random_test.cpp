@@ -219,6 +219,8 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     if (random.below(2) == 0) setup.rig.unattended.park_rad = some_poses()[1];
     setup.camera.overlaps_motion = random.below(3) != 0;
     if (random.below(2) == 0) setup.rig.unattended.reference = some_reference();
+    if (setup.rig.unattended.reference && random.below(2) == 0)
+      setup.rig.unattended.reference->flat = some_flat();
     RigModel model(setup, random_state(random), random.bits());
     const std::uint64_t jobs = random.below(3);
     for (std::uint64_t id = 1; id <= jobs; ++id) {

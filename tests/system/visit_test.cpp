@@ -67,6 +67,74 @@ TEST_F(Visit, ProvesEveryPoseOfAJob) {
   EXPECT_THAT(bytes_in(rig_.scan() / "report.txt"), HasSubstr("Reference: 4 visits"));
 }
 
+TEST_F(Visit, TakesAFlatOfATargetAtItsOwnPose) {
+  RunningRig rig(folder_ / "flat", rig_with_reference() +
+                                       "\n[reference.flat]\npose_deg = [0, 12, 0, 60]\nexposure_ms = 30\n"
+                                       "target_mm = [0, 95, 24, 16]\nband = 0.05\nevenness = 0.1\n");
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  protocol::Request check;
+  check.mutable_check_job()->set_job_toml(job());
+  const auto flight = rig.expect_done(check).preflight();
+  rig.submit(job());
+  EXPECT_EQ(rig.await_job_end(), protocol::COMPLETE) << rig.log();
+  const auto journal = scan::Journal::open_read_only(scan::journal_path(rig.scan()));
+  ASSERT_TRUE(journal.has_value());
+  const auto visits = journal->visits();
+  ASSERT_TRUE(visits.has_value());
+  ASSERT_EQ(visits->size(), 4U);
+  EXPECT_EQ(flight.visits(), 4U);
+  EXPECT_EQ(flight.frames(), 7U + 4 * 3);
+  for (const auto& visit : *visits) {
+    EXPECT_TRUE(visit.good) << visit.what;
+    ASSERT_EQ(visit.looks.size(), 3U);
+    EXPECT_EQ(visit.looks[2].name, "flat");
+    ASSERT_EQ(visit.looks[2].means_dn.size(), 16U);
+    for (const double mean : visit.looks[2].means_dn) EXPECT_GT(mean, 50);
+    EXPECT_TRUE(std::filesystem::exists(rig.scan() / visit.looks[2].file));
+  }
+  // What was foreseen is what was written.
+  double written = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(rig.scan())) {
+    if (entry.path().extension() == ".tif") written += static_cast<double>(entry.file_size());
+  }
+  EXPECT_GE(static_cast<double>(flight.bytes_needed()), written);
+  EXPECT_LE(static_cast<double>(flight.bytes_needed()), 1.2 * written);
+  protocol::Request report;
+  report.mutable_get_report()->set_job(1);
+  const auto told = rig.expect_done(report).report();
+  ASSERT_EQ(told.visits_size(), 4);
+  EXPECT_NEAR(told.visits(3).flat_level(), 1, 0.05);
+  EXPECT_EQ(rig.end(SIGTERM), 0);
+  EXPECT_THAT(bytes_in(rig.scan() / "report.txt"), HasSubstr(", the flat between "));
+  const auto verified = scan::verify_scan(rig.scan(), [](std::size_t) {});
+  ASSERT_TRUE(verified.has_value());
+  EXPECT_TRUE(verified->problems.empty());
+}
+
+TEST_F(Visit, ALightThatIsNotAsItWasShowsInTheFlatAlone) {
+  // Patches may be as they like.
+  RunningRig rig(folder_ / "flat", rig_with_reference() +
+                                       "band = 0.5\n\n[reference.flat]\nexposure_ms = 30\nband = 0.02\n"
+                                       "target_mm = [0, 95, 24, 16]\nevenness = 0.1\n");
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  rig.submit(job());
+  ASSERT_TRUE(rig.await([](const protocol::Event& event) { return event.has_pose_committed(); }));
+  std::filesystem::create_directories(folder_ / "flat/state/virtual");
+  put_bytes(folder_ / "flat/faults.new", "[[fault]]\nkind = \"light-excursion\"\nshare = -0.04\n");
+  std::filesystem::rename(folder_ / "flat/faults.new", folder_ / "flat/state/virtual/faults.toml");
+  protocol::ReferenceVisited bad;
+  ASSERT_TRUE(rig.await([&](const protocol::Event& event) {
+    if (event.has_reference_visited()) bad = event.reference_visited();
+    return event.has_reference_visited() && !bad.good();
+  })) << rig.log();
+  EXPECT_THAT(bad.what(), HasSubstr("the flat has 0.9"));
+  EXPECT_NEAR(bad.flat_level(), 0.96, 0.01);
+  EXPECT_EQ(bad.poses_again(), 3U);
+  std::filesystem::remove(folder_ / "flat/state/virtual/faults.toml");
+  EXPECT_EQ(rig.await_job_end(), protocol::COMPLETE) << rig.log();
+  EXPECT_EQ(rig.end(SIGTERM), 0);
+}
+
 TEST_F(Visit, ALampThatLosesLightIsNoticedAndThePosesAreTakenAgain) {
   ASSERT_NO_FATAL_FAILURE(rig_.start());
   rig_.submit(job());
