@@ -35,6 +35,11 @@ struct AxisPolled {
   std::uint64_t number = 0;  ///< of the PollAxis it answers
   drivers::AxisState state;
 };
+/// The driver will not do this jog, now or ever; nothing moved.
+struct JogRefused {
+  std::size_t axis = 0;
+  std::string what;
+};
 struct LightPolled {
   std::uint64_t number = 0;  ///< of the PollLight it answers
   drivers::LightState state;
@@ -132,7 +137,7 @@ using What =
     std::variant<Tick, RequestReceived, AxisPolled, LightPolled, LinesRead, DeviceFailed, FrameNotReady,
                  FrameFetched, FrameStored, PoseCommitted, JobCreated, JobOpened, StorageFailed, EndRequested,
                  CameraAnswered, CameraTemperatureRead, DiskRead, ClientRevoked, CameraTriggered, LookJudged,
-                 VisitRecorded, Heartbeat, StatisticsDue>;
+                 VisitRecorded, Heartbeat, StatisticsDue, JogRefused>;
 
 struct Event {
   Time time{};

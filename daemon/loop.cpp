@@ -26,6 +26,12 @@ DeviceFailed failure(const std::string& device, const base::Error& error) {
   return {device + ": " + error.text(), device, error.code == base::ErrorCode::lost};
 }
 
+// The device says no, and is as it was.
+bool is_unchanged(base::ErrorCode code) {
+  return code == base::ErrorCode::refused || code == base::ErrorCode::busy ||
+         code == base::ErrorCode::bad_input;
+}
+
 Deadline deadline(std::string what, double bound_s) {
   return {std::move(what), base::seconds(bound_s)};
 }
@@ -288,6 +294,14 @@ void Loop::carry_out(Action& action) {
           [&](const MoveAxis& a) {
             to_axis(a.axis, Turn::command, [a](drivers::Axis& x) {
               return x.move_to(a.target_rad, a.velocity_rad_s, a.acceleration_rad_s2);
+            });
+          },
+          [&](const JogAxis& a) {
+            to_axis(a.axis, Turn::command, [this, a](drivers::Axis& x) -> base::Result<void> {
+              auto moved = x.move_by(a.by_rad, a.velocity_rad_s, a.acceleration_rad_s2);
+              if (moved || !is_unchanged(moved.error().code)) return moved;
+              post(JogRefused{a.axis, moved.error().text()});
+              return {};
             });
           },
           [&](const StopAxis& a) { to_axis(a.axis, Turn::stop, [](drivers::Axis& x) { return x.stop(); }); },

@@ -52,9 +52,10 @@ struct AxisTrack {
   double target_rad = 0;
 };
 
-/// A movement under way: axes homing one after the other, or axes moving together to their targets.
+/// A movement under way: axes homing one after the other, axes moving together to their targets, or one axis
+/// that is not homed moving by a little.
 struct Motion {
-  enum class Kind { homing, move };
+  enum class Kind { homing, move, jog };
   enum class Leg { detour, target, settle };
   Kind kind = Kind::move;
   Leg leg = Leg::target;

@@ -41,16 +41,19 @@ struct Handler {
 
   void operator()(const AxisPolled& event) const {
     state.lost.erase(fmt::format("axis {}", machine::kAxisNames[event.axis]));
-    const auto end = on_axis_polled(setup, state, actions, event);
-    if (!end) return;
-    if (end->asker) {
-      const bool arrived = end->failure.empty();
-      actions.push_back(
-          SendReply{end->asker->client,
-                    make_reply(end->asker->id, arrived ? protocol::DONE : protocol::FAILED, end->failure)});
-    } else {
-      on_job_motion_end(setup, state, actions, *end);
-    }
+    if (const auto end = on_axis_polled(setup, state, actions, event)) tell_end(*end);
+  }
+
+  void operator()(const JogRefused& event) const {
+    if (const auto end = on_jog_refused(state, event)) tell_end(*end);
+  }
+
+  void tell_end(const MotionEnd& end) const {
+    if (!end.asker) return on_job_motion_end(setup, state, actions, end);
+    const auto outcome = end.refused           ? protocol::REFUSED
+                         : end.failure.empty() ? protocol::DONE
+                                               : protocol::FAILED;
+    actions.push_back(SendReply{end.asker->client, make_reply(end.asker->id, outcome, end.failure)});
   }
 
   void operator()(const LightPolled& event) const {

@@ -34,6 +34,10 @@ class VirtualAxis final : public drivers::Axis {
     if (auto reached = reach(); !reached) return reached;
     return machine_->move(index_, target_rad, velocity, acceleration);
   }
+  [[nodiscard]] Result<void> move_by(double delta_rad, double velocity, double acceleration) override {
+    if (auto reached = reach(); !reached) return reached;
+    return machine_->jog(index_, delta_rad, velocity, acceleration);
+  }
   [[nodiscard]] Result<void> stop() override {
     if (auto reached = reach(); !reached) return reached;
     return machine_->stop(index_);

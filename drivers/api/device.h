@@ -51,6 +51,15 @@ class Axis {
   /// Starts an absolute move with at most this velocity and acceleration.
   [[nodiscard]] virtual Result<void> move_to(double target_rad, double velocity_rad_s,
                                              double acceleration_rad_s2) = 0;
+  /// Starts a move by so much from where the axis stands, homed or not, with at most this velocity and
+  /// acceleration: so that a person sees which way an axis turns before it is homed. It stays homed or not as
+  /// it was, and position_rad changes by as much, whatever it is worth. Busy while the axis moves. Not asked
+  /// twice where the answer is missing: what became of it is for state() to say.
+  [[nodiscard]] virtual Result<void> move_by(double /*delta_rad*/, double /*velocity_rad_s*/,
+                                             double /*acceleration_rad_s2*/) {
+    return base::fail(base::ErrorCode::refused, "this axis cannot be moved before it is homed", {},
+                      "home it; see its driver's page");
+  }
   /// Starts to brake at once; clears what was planned.
   [[nodiscard]] virtual Result<void> stop() = 0;
   [[nodiscard]] virtual Result<AxisState> state() = 0;

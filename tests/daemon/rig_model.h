@@ -36,6 +36,8 @@ class RigModel {
 
   Faults faults;
   bool emergency_stop = false;
+  bool refuses_jogs = false;  ///< drives that cannot move before they are homed
+  std::array<bool, kAxisCount> on_low_switch{}, on_high_switch{};
   std::set<std::string> gone;  ///< "camera", "axis pan", ... do not answer
   /// A fault of the drive, which it keeps until it is enabled.
   std::array<std::string, kAxisCount> latched_fault;

@@ -137,6 +137,105 @@ TEST_F(StepTest, RefusesWhatIsNotAllowed) {
   EXPECT_TRUE(actions<MoveAxis>().empty());
 }
 
+protocol::Request jog_request(const std::string& axis, double by_deg) {
+  protocol::Request request;
+  request.mutable_jog()->set_axis(axis);
+  request.mutable_jog()->set_by_deg(by_deg);
+  return request;
+}
+
+// Before homing. Pan stands at 12 degrees by its own count.
+class JogTest : public StepTest {
+ protected:
+  void SetUp() override { model_ = RigModel(small_setup(), standing(false), 1); }
+  static constexpr std::size_t kPan = 2;
+  [[nodiscard]] double pan_deg() const { return base::degrees(model_.state().axes[kPan].last.position_rad); }
+};
+
+TEST_F(JogTest, MovesAnAxisThatIsNotHomedByALittleAtItsReducedSpeed) {
+  const double before_deg = pan_deg();
+  const auto& reply = ask(jog_request("pan", -2));
+  EXPECT_EQ(reply.outcome(), protocol::DONE) << reply.reason();
+  EXPECT_NEAR(pan_deg(), before_deg - 2, 1e-6);
+  EXPECT_FALSE(model_.state().axes[kPan].last.homed);
+  EXPECT_TRUE(model_.state().axes[kPan].last.enabled);
+  const auto jogs = actions<JogAxis>();
+  ASSERT_EQ(jogs.size(), 1U);
+  EXPECT_EQ(jogs[0].velocity_rad_s, small_setup().rig.axes[kPan].jog_velocity_rad_s);
+  EXPECT_TRUE(actions<MoveAxis>().empty());
+}
+
+TEST_F(JogTest, RefusesWhatGoesTooFarOrMakesNoSense) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& request : {jog_request("pan", 10.01), jog_request("pan", -10.01), jog_request("pan", nan),
+                              jog_request("elbow", 1), move_request("pan", 12)}) {
+    const auto& reply = ask(request);
+    EXPECT_EQ(reply.outcome(), protocol::REFUSED) << request.ShortDebugString();
+    EXPECT_FALSE(reply.reason().empty());
+  }
+  EXPECT_TRUE(actions<JogAxis>().empty());
+  EXPECT_TRUE(actions<EnableAxis>().empty());
+}
+
+TEST_F(JogTest, GoesOutOfALimitSwitchAndNotFurtherIn) {
+  model_.on_low_switch[kPan] = true;
+  run_until([&] { return model_.state().axes[kPan].last.at_low_limit; });
+  const auto& reply = ask(jog_request("pan", -1));
+  EXPECT_EQ(reply.outcome(), protocol::REFUSED);
+  EXPECT_NE(reply.reason().find("low limit switch"), std::string::npos) << reply.reason();
+  EXPECT_TRUE(actions<JogAxis>().empty());
+  EXPECT_EQ(ask(jog_request("pan", 1)).outcome(), protocol::DONE);
+}
+
+TEST_F(JogTest, StopsWhereItRunsIntoALimitSwitch) {
+  model_.request(jog_request("pan", 5));
+  run_until([&] { return !actions<JogAxis>().empty(); });
+  model_.on_high_switch[kPan] = true;
+  run_until([&] { return !model_.state().stopped.empty(); });
+  EXPECT_EQ(model_.state().stopped, "axis pan ran into its high limit switch");
+  EXPECT_EQ(model_.replies().back().outcome(), protocol::FAILED);
+}
+
+TEST_F(JogTest, IsFollowedAndStoppedWhereItDoesNotGo) {
+  model_.faults.stuck = 1;
+  const auto& reply = ask(jog_request("pan", 5));
+  EXPECT_EQ(reply.outcome(), protocol::FAILED);
+  EXPECT_NE(model_.state().stopped.find("pan did not end in time"), std::string::npos)
+      << model_.state().stopped;
+}
+
+TEST_F(JogTest, ADriverThatCannotIsNoFault) {
+  model_.refuses_jogs = true;
+  const auto& reply = ask(jog_request("pan", 2));
+  EXPECT_EQ(reply.outcome(), protocol::REFUSED);
+  EXPECT_NE(reply.reason().find("this drive cannot"), std::string::npos) << reply.reason();
+  EXPECT_EQ(model_.state().stopped, "");
+  EXPECT_FALSE(model_.state().motion.has_value());
+}
+
+TEST_F(JogTest, NothingMovesWhileTheStopIsLatched) {
+  EXPECT_EQ(ask(stop_request("somebody came in")).outcome(), protocol::DONE);
+  EXPECT_EQ(ask(jog_request("pan", 2)).outcome(), protocol::REFUSED);
+  EXPECT_TRUE(actions<JogAxis>().empty());
+}
+
+TEST_F(JogTest, AStopEndsIt) {
+  model_.request(jog_request("pan", 9));
+  run_until([&] { return model_.state().axes[kPan].last.moving; });
+  EXPECT_EQ(ask(stop_request("somebody came in")).outcome(), protocol::DONE);
+  run_until([&] { return model_.state().axes[kPan].known; });
+  EXPECT_LT(pan_deg(), base::degrees(some_poses()[0][kPan]) + 9 - 0.5);
+}
+
+TEST_F(StepTest, AJogOfAHomedAxisIsAMoveLikeAnyOther) {
+  EXPECT_EQ(ask(jog_request("pan", 5)).outcome(), protocol::DONE);
+  EXPECT_TRUE(actions<JogAxis>().empty());
+  const auto moves = actions<MoveAxis>();
+  ASSERT_FALSE(moves.empty());
+  EXPECT_NEAR(moves.back().target_rad, some_poses()[0][2] + base::radians(5), 1e-9);
+  EXPECT_EQ(ask(jog_request("pan", 1000)).outcome(), protocol::REFUSED) << "its limits hold";
+}
+
 TEST_F(StepTest, AnObserverMayLookAndStopOnly) {
   protocol::Request home;
   home.mutable_home();

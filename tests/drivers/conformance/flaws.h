@@ -30,6 +30,10 @@ enum class Flaw {
   moves_unhomed,
   believes_homed,  // once homed, for ever
   homed_after_abort,
+  jogs_fast,         // twice as fast as asked
+  jogs_to_an_angle,  // takes the distance for an angle
+  homed_by_a_jog,
+  jogs_nonsense,  // a distance that is no number is a little one
   swapped_limits,
   goes_into_limit,  // neither it nor the device looks at the switch
   hides_fault,
