@@ -62,6 +62,16 @@ struct CameraTemperatureRead {
 struct CameraTriggered {
   std::uint64_t exposure;
 };
+/// The camera takes no trigger yet: an exposure before goes on.
+struct CameraBusy {
+  std::uint64_t exposure = 0;  ///< of the TriggerCamera it answers
+  std::string what;
+};
+/// The exposure is over, and its frame arrived damaged or incomplete.
+struct FrameDamaged {
+  std::uint64_t exposure = 0;  ///< of the FetchFrame it answers
+  std::string what;
+};
 struct FrameNotReady {
   std::uint64_t exposure = 0;  ///< of the FetchFrame it answers
 };
@@ -137,7 +147,7 @@ using What =
     std::variant<Tick, RequestReceived, AxisPolled, LightPolled, LinesRead, DeviceFailed, FrameNotReady,
                  FrameFetched, FrameStored, PoseCommitted, JobCreated, JobOpened, StorageFailed, EndRequested,
                  CameraAnswered, CameraTemperatureRead, DiskRead, ClientRevoked, CameraTriggered, LookJudged,
-                 VisitRecorded, Heartbeat, StatisticsDue, JogRefused>;
+                 VisitRecorded, Heartbeat, StatisticsDue, JogRefused, CameraBusy, FrameDamaged>;
 
 struct Event {
   Time time{};

@@ -147,6 +147,8 @@ void Loop::fetch(const FetchFrame& action) {
           pool_.release(*slot);
           if (frame) {
             post(FrameNotReady{action.exposure});
+          } else if (frame.error().code == base::ErrorCode::damaged) {
+            post(FrameDamaged{action.exposure, frame.error().text()});
           } else {
             post(failure("camera", frame.error()));
           }
@@ -173,9 +175,16 @@ void Loop::trigger(const TriggerCamera& action) {
   devices_.camera_worker->queue(
       [this, action] {
         const bool by_line = devices_.trigger != nullptr;
-        auto ok = by_line ? devices_.camera->await_trigger(action.exposure_s, 1)
-                          : devices_.camera->trigger(action.exposure_s, 1);
-        if (!ok) {
+        base::Result<void> ok;
+        if (arm_first_) ok = devices_.camera->arm();
+        if (ok) {
+          arm_first_ = false;
+          ok = by_line ? devices_.camera->await_trigger(action.exposure_s, 1)
+                       : devices_.camera->trigger(action.exposure_s, 1);
+        }
+        if (!ok && ok.error().code == base::ErrorCode::busy) {
+          post(CameraBusy{action.exposure, ok.error().text()});
+        } else if (!ok) {
           post(failure("camera", ok.error()));
         } else if (by_line) {
           pulse(action.exposure);
@@ -316,7 +325,9 @@ void Loop::carry_out(Action& action) {
           [&](const ArmCamera&) {
             devices_.camera_worker->queue(
                 [this] {
-                  if (auto ok = devices_.camera->arm(); !ok) post(failure("camera", ok.error()));
+                  auto ok = devices_.camera->arm();
+                  arm_first_ = !ok && ok.error().code == base::ErrorCode::busy;
+                  if (!ok && !arm_first_) post(failure("camera", ok.error()));
                 },
                 0, deadline("camera: to get ready", setup_.rig.deadlines.camera_s));
           },

@@ -91,7 +91,8 @@ class Camera {
   [[nodiscard]] virtual CameraCapabilities capabilities() const = 0;
   /// A new bracket begins; frames of an older one are dropped.
   [[nodiscard]] virtual Result<void> arm() = 0;
-  /// Starts one exposure.
+  /// Starts one exposure. Busy while an earlier one goes on, also one that was aborted and that the camera
+  /// ends in its own time: rigd asks again, for as long as that one may take.
   [[nodiscard]] virtual Result<void> trigger(double exposure_s, double gain) = 0;
   /// Makes ready for one exposure, which the next pulse on the camera's trigger input begins. Refused by a
   /// camera that has none.
@@ -99,6 +100,8 @@ class Camera {
     return base::fail(base::ErrorCode::refused, "this camera has no trigger input");
   }
   /// The frame of the last trigger into `pixels` (width * height); nothing yet while it exposes or reads out.
+  /// ErrorCode::damaged: the exposure is over, and its frame is no good (incomplete, or another exposure's),
+  /// while the camera itself is well and takes the next trigger. rigd takes the pose again.
   [[nodiscard]] virtual Result<std::optional<FrameInfo>> fetch(std::span<std::uint16_t> pixels) = 0;
   /// Ends an exposure; its frame never arrives.
   [[nodiscard]] virtual Result<void> abort() = 0;

@@ -295,6 +295,10 @@ void RigModel::fetch(std::uint64_t exposure) {
       expect(!went, "an axis moved while the camera exposed");
     }
   }
+  if (chance(faults.damaged)) {
+    exposing_.reset();
+    return answer(FrameDamaged{exposure, "part of it never came"});
+  }
   const FrameSlot slot{next_slot_++};
   slots_.insert(slot.index);
   auto histogram = std::make_shared<SampleHistogram>();
@@ -543,6 +547,7 @@ void RigModel::carry_out(const Action& action) {
   } else if (const auto* trigger = std::get_if<TriggerCamera>(&action)) {
     check_trigger();
     on_channel(kCamera, [this, t = *trigger] {
+      if (now_ < busy_until || chance(faults.busy)) return answer(CameraBusy{t.exposure, "it exposes"});
       exposing_ = {now_, t.exposure_s};
       answer(CameraTriggered{t.exposure});
     });

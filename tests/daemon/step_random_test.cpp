@@ -192,6 +192,7 @@ Faults random_faults(base::Random& random) {
   faults.stuck = sometimes(0.02);
   faults.disk = sometimes(0.03);
   faults.damaged = sometimes(0.1);
+  faults.busy = sometimes(0.3);
   faults.bad_visit = sometimes(0.3);
   faults.late_s = random.below(3) == 0 ? 1 : 0.01;
   return faults;

@@ -227,6 +227,82 @@ TEST_F(JogTest, AStopEndsIt) {
   EXPECT_LT(pan_deg(), base::degrees(some_poses()[0][kPan]) + 9 - 0.5);
 }
 
+protocol::Request snap_request(double exposure_us) {
+  protocol::Request request;
+  request.mutable_snap()->set_exposure_us(exposure_us);
+  return request;
+}
+
+TEST_F(StepTest, ADamagedFrameIsTakenAgainAndCountsAsAnAttempt) {
+  start_job(small_job(2));
+  run_until([&] { return !actions<TriggerCamera>().empty(); });
+  model_.faults.damaged = 1;
+  run_until([&] { return !actions<RecordFailure>().empty(); });
+  model_.faults.damaged = 0;
+  run_until([&] { return job_state() == JobEntry::State::complete; });
+  const auto failures = actions<RecordFailure>();
+  EXPECT_EQ(failures[0].reason, "a frame: part of it never came");
+  EXPECT_FALSE(failures[0].abandon);
+  EXPECT_EQ(model_.plan(1)[0].attempts, 1);
+  EXPECT_EQ(model_.state().jobs.at(0).done, 2);
+  EXPECT_EQ(model_.state().stopped, "") << "the night goes on";
+}
+
+TEST_F(StepTest, ACameraWhoseFramesAreAllDamagedIsAtFault) {
+  model_.faults.damaged = 1;
+  start_job(small_job(5));
+  run_until([&] { return !model_.state().stopped.empty(); });
+  EXPECT_NE(model_.state().stopped.find("5 frames one after the other were no good"), std::string::npos)
+      << model_.state().stopped;
+  EXPECT_NE(model_.state().stopped.find("part of it never came"), std::string::npos);
+}
+
+TEST_F(StepTest, ADamagedFrameOfAnExposureThatWasStoppedIsNothing) {
+  model_.request(snap_request(1e6));
+  run_until([&] { return !actions<TriggerCamera>().empty(); });
+  const auto exposure = actions<TriggerCamera>().back().exposure;
+  EXPECT_EQ(ask(stop_request("somebody came in")).outcome(), protocol::DONE);
+  model_.post(FrameDamaged{exposure, "part of it never came"});
+  run_for(2);
+  EXPECT_EQ(model_.state().frames_refused, 0);
+}
+
+TEST_F(StepTest, ABusyCameraIsTriggeredAgainUntilItTakesTheTrigger) {
+  // Shorter than the deadline of a call: nothing was exposed before that could explain more.
+  EXPECT_EQ(ask(snap_request(1e4)).outcome(), protocol::DONE);
+  model_.busy_until = model_.now() + seconds(1);
+  start_job(small_job(2));
+  run_until([&] { return job_state() == JobEntry::State::complete; });
+  EXPECT_EQ(model_.state().stopped, "");
+  EXPECT_TRUE(actions<RecordFailure>().empty()) << "no frame was lost by it";
+}
+
+TEST_F(StepTest, ACameraMayBeBusyAsLongAsTheExposureThatWasEnded) {
+  EXPECT_EQ(ask(snap_request(1e4)).outcome(), protocol::DONE);
+  model_.request(snap_request(2e6));
+  run_until([&] { return model_.state().frame && model_.state().frame->exposing; });
+  // It goes on to its end, and is read out: longer than a call's deadline.
+  model_.busy_until = model_.now() + seconds(2 + 0.5);
+  EXPECT_EQ(ask(stop_request("somebody came in")).outcome(), protocol::DONE);
+  run_until([&] { return model_.state().axes[0].known; });
+  EXPECT_EQ(ask(clear_request()).outcome(), protocol::DONE);
+  const auto& reply = ask(snap_request(1e4));
+  EXPECT_EQ(reply.outcome(), protocol::DONE) << reply.reason();
+}
+
+TEST_F(StepTest, ACameraThatStaysBusyIsAtFault) {
+  EXPECT_EQ(ask(snap_request(1e4)).outcome(), protocol::DONE);
+  run_for(5);
+  const base::Time asked = model_.now();
+  model_.busy_until = model_.now() + seconds(3600);
+  EXPECT_EQ(ask(snap_request(1e4)).outcome(), protocol::FAILED);
+  EXPECT_EQ(model_.state().stopped, "the camera takes no trigger: it exposes");
+  const double took_s = base::to_seconds(model_.now() - asked);
+  const double bound_s = small_setup().rig.deadlines.camera_s;
+  EXPECT_GE(took_s, bound_s);
+  EXPECT_LE(took_s, bound_s + 0.2);
+}
+
 TEST_F(StepTest, AJogOfAHomedAxisIsAMoveLikeAnyOther) {
   EXPECT_EQ(ask(jog_request("pan", 5)).outcome(), protocol::DONE);
   EXPECT_TRUE(actions<JogAxis>().empty());

@@ -58,6 +58,7 @@ enum class Flaw {
   overruns_buffer,
   takes_small_buffer,
   delivers_corrupt,
+  corrupt_is_device,   // says "device" of a frame that is damaged
   fills_in_missing,    // delivers the last frame where one was lost
   delivers_unplugged,  // delivers a frame from before it was unplugged
   frame_over_death,    // delivers a frame that was exposed before the module was opened

@@ -103,6 +103,7 @@ const std::vector<Wrong>& wrong_modules() {
       {Flaw::overruns_buffer, "camera: the buffer is never overrun"},
       {Flaw::takes_small_buffer, "camera: the buffer is never overrun"},
       {Flaw::delivers_corrupt, "camera: corrupt frames are detected"},
+      {Flaw::corrupt_is_device, "camera: corrupt frames are detected"},
       {Flaw::fills_in_missing, "camera: missing frames are detected"},
       {Flaw::never_back, "camera: lost in the middle of a bracket and back"},
       {Flaw::delivers_unplugged, "camera: lost while exposing and back"},
