@@ -84,7 +84,7 @@ class VirtualLines final : public drivers::DigitalIo {
   explicit VirtualLines(Shared machine) : machine_(std::move(machine)) {}
 
   [[nodiscard]] std::vector<drivers::Line> lines() const override {
-    return {{"emergency_stop", false}, {"camera_trigger", true}};
+    return {{"emergency_stop", false}, {"camera_trigger", true, false}};
   }
   [[nodiscard]] Result<std::vector<bool>> read() override {
     if (auto reached = machine_->reach("lines"); !reached) return base::pass(reached);

@@ -141,6 +141,8 @@ class Light {
 struct Line {
   std::string name;  ///< "emergency_stop"
   bool output = false;
+  /// Of an output: its state where nobody commands it, to which rigd-safe brings it; nothing: left as it is.
+  std::optional<bool> at_rest = std::nullopt;
 };
 
 class DigitalIo {
