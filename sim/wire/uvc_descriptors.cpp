@@ -198,7 +198,7 @@ UsbDescription uvc_description(const std::string& serial) {
                     .raw({1, 2, 3, 1})
                     .done();
   Bytes parts = Descriptor(kAssociation)
-                    .raw({uvc_number_of::kControlInterface, 2, kVideo, kVideoCollection, 0, 2})
+                    .raw({uvc_number_of::kControlInterface, 2, kVideo, kVideoCollection, 0, 0})
                     .done();
   append(parts, control_interface());
   append(parts, streaming_interface());

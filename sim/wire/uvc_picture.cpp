@@ -8,6 +8,7 @@ namespace rig::sim::wire {
 namespace {
 
 constexpr std::uint32_t kFullScale = 65535;
+constexpr std::uint32_t kOne = 0xC000, kHalf = 0x8000, kZero = 0x4000;  // of a bit in row 0
 constexpr std::size_t kBands = 8;
 
 struct Field {
@@ -51,7 +52,7 @@ std::vector<std::uint8_t> paint_uvc_picture(const UvcPictureFacts& facts, const 
   const std::array rows{row_of(facts, format, size.width, false), row_of(facts, format, size.width, true)};
   for (const Field& field : stamp(facts)) {
     for (int bit = 0; bit < field.bits; ++bit) {
-      put_sample(frame, (field.value >> bit) & 1U ? kFullScale : 0, format);
+      put_sample(frame, (field.value >> bit) & 1U ? kOne : kZero, format);
     }
   }
   frame.insert(frame.end(), rows[0].begin() + static_cast<std::ptrdiff_t>(frame.size()), rows[0].end());
@@ -68,8 +69,9 @@ std::optional<UvcPictureFacts> read_uvc_picture(std::span<const std::uint8_t> fr
   const auto field = [&](int bits) {
     std::uint32_t value = 0;
     for (int bit = 0; bit < bits; ++bit) {
-      if (frame[at] != 0) value |= 1U << bit;
-      at += static_cast<std::size_t>(format.bytes);
+      const auto bytes = static_cast<std::size_t>(format.bytes);
+      if (uvc_number(frame.subspan(at, bytes)) >= kHalf >> (16 - format.bits)) value |= 1U << bit;
+      at += bytes;
     }
     return value;
   };

@@ -6,8 +6,8 @@
 // with the quotient rounded down: eight bands, the darkest on the left, in which the exposure times the gain
 // can be measured. In a Bayer picture the light is divided by 2 at red places and by 4 at blue ones, before
 // it is added. Formats with less than 16 bits have the upper ones. The first samples of row 0 are bits
-// instead, full scale or 0, the least significant first: frame number (32), exposure_100us (32), gain (16),
-// brightness (16), light (16).
+// instead, three quarters of the full scale or one, the least significant first: frame number (32),
+// exposure_100us (32), gain (16), brightness (16), light (16).
 #pragma once
 
 #include <cstdint>

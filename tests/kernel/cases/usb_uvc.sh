@@ -97,7 +97,7 @@ echo 1 >/sys/module/uvcvideo/parameters/nodrop
 order plug
 await camera_is_there
 node=$(video_node)
-expect_equal "mode after power-up" "$(control auto_exposure)" 3
+expect_equal "mode after power-up" "$(control auto_exposure)" '3 (Aperture Priority Mode)'
 v4l2 --set-ctrl auto_exposure=1
 capture GREY GREY 1
 expect_settings 156 16 64

@@ -27,9 +27,9 @@ def read(frame, width, height, bits, step, bayer):
         value = 0
         for bit in range(field):
             sample = int.from_bytes(frame[place * step:(place + 1) * step], "little")
-            if sample not in (0, (1 << bits) - 1):
+            if sample not in (1 << bits - 2, 3 << bits - 2):
                 sys.exit(f"sample {place} of row 0 is {sample}, which is no bit")
-            value |= (sample != 0) << bit
+            value |= (sample == 3 << bits - 2) << bit
             place += 1
         values.append(value)
     _, exposure, gain, brightness, light = values

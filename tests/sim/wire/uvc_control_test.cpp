@@ -75,7 +75,7 @@ TEST_F(Uvc, TheConfigurationAddsUp) {
   }
   ASSERT_EQ(interfaces.size(), 2U);
   EXPECT_EQ(all[4], 2);
-  EXPECT_EQ(pieces[1].bytes, (Bytes{8, 0x0B, 0, 2, 0x0E, 3, 0, 2})) << "the association";
+  EXPECT_EQ(pieces[1].bytes, (Bytes{8, 0x0B, 0, 2, 0x0E, 3, 0, 0})) << "the association";
   for (std::size_t i = 0; i < 2; ++i) {
     const Bytes& b = pieces[interfaces[i]].bytes;
     EXPECT_EQ(b[2], i);
