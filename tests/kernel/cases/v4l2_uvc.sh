@@ -7,4 +7,4 @@
 
 start_usb
 modprobe uvcvideo
-run_tests test_drivers_v4l2_camera 'KernelCamera.*:*/KernelConformance.*'
+run_tests test_drivers_v4l2_camera 'UvcCameraInKernel.*:*/UvcConformance.*'

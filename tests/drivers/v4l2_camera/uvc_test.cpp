@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include "tests/drivers/conformance_tests.h"
-#include "tests/drivers/v4l2_camera/kernel_bench.h"
 #include "tests/drivers/v4l2_camera/support.h"
+#include "tests/drivers/v4l2_camera/uvc_bench.h"
 
 namespace rig::drivers::v4l2 {
 namespace {
@@ -18,20 +18,20 @@ std::vector<std::size_t> checks_of_cameras() {
   return numbers;
 }
 
-class KernelConformance : public conformance::ConformanceTest {};
+class UvcConformance : public conformance::ConformanceTest {};
 
-TEST_P(KernelConformance, Passes) {
+TEST_P(UvcConformance, Passes) {
   if (!has_virtual_usb()) GTEST_SKIP() << kWhySkipped;
-  run(std::make_unique<KernelBench>(), conformance::checks()[GetParam()]);
+  run(std::make_unique<UvcBench>(), conformance::checks()[GetParam()]);
 }
 
-INSTANTIATE_TEST_SUITE_P(conformance, KernelConformance, testing::ValuesIn(checks_of_cameras()),
+INSTANTIATE_TEST_SUITE_P(conformance, UvcConformance, testing::ValuesIn(checks_of_cameras()),
                          conformance::test_name_of);
 
 // What each pixel is of light: the driver's gain and exposure, and the kernel's format.
-TEST(KernelCamera, ExposureAndGainAreInTheLight) {
+TEST(UvcCameraInKernel, ExposureAndGainAreInTheLight) {
   if (!has_virtual_usb()) GTEST_SKIP() << kWhySkipped;
-  KernelBench bench;
+  UvcBench bench;
   struct Row {
     const char* format;
     std::size_t which;
@@ -40,9 +40,9 @@ TEST(KernelCamera, ExposureAndGainAreInTheLight) {
   for (const Row& row : {Row{"GREY", 0, 8}, Row{"Y12", 1, 12}, Row{"Y16", 2, 16}}) {
     SCOPED_TRACE(row.format);
     // The device is said first, then the settings without it.
-    std::string rest = KernelBench::settings(row.format);
+    std::string rest = UvcBench::settings(row.format);
     rest.erase(0, rest.find("pixel_format"));
-    Rig rig(KernelBench::kNode, rest);
+    Rig rig(UvcBench::kNode, rest);
     EXPECT_EQ(rig.capabilities().bits, row.bits);
     for (const double gain : {1.0, 2.5}) {
       for (const double exposure_s : {0.0105, 0.0501}) {

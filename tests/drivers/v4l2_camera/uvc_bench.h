@@ -17,20 +17,18 @@ namespace rig::drivers::v4l2 {
 /// Whether this machine has what the bench needs.
 [[nodiscard]] bool has_virtual_usb();
 
-class KernelBench final : public conformance::Bench,
-                          private conformance::Wire,
-                          private conformance::CameraPeer {
+class UvcBench final : public conformance::Bench, private conformance::Wire, private conformance::CameraPeer {
  public:
   /// Where udev puts the camera.
   static constexpr const char* kNode = "/dev/v4l/by-id/usb-rigd_Simulated_UVC_camera_rig42-video-index0";
 
-  KernelBench();
+  UvcBench();
   /// Waits until the kernel has given up the camera: the next bench would find it otherwise.
-  ~KernelBench() override;
-  KernelBench(const KernelBench&) = delete;
-  KernelBench& operator=(const KernelBench&) = delete;
+  ~UvcBench() override;
+  UvcBench(const UvcBench&) = delete;
+  UvcBench& operator=(const UvcBench&) = delete;
 
-  [[nodiscard]] std::string name() const override { return "v4l2_camera_kernel"; }
+  [[nodiscard]] std::string name() const override { return "v4l2_camera_uvc"; }
   [[nodiscard]] base::Result<std::vector<Device>> open() override;
   [[nodiscard]] base::Clock& clock() override { return *clock_; }
   void reset() override;

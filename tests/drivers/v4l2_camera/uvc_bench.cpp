@@ -1,4 +1,4 @@
-#include "tests/drivers/v4l2_camera/kernel_bench.h"
+#include "tests/drivers/v4l2_camera/uvc_bench.h"
 
 #include <filesystem>
 #include <gtest/gtest.h>
@@ -26,34 +26,34 @@ bool has_virtual_usb() {
   return fs::exists(sim::wire::kVhci);
 }
 
-KernelBench::KernelBench() {
+UvcBench::UvcBench() {
   reset();
 }
 
-KernelBench::~KernelBench() {
+UvcBench::~UvcBench() {
   end_spoiling();
   (void)cut();
 }
 
-bool KernelBench::cut() {
+bool UvcBench::cut() {
   plug_.unplug();
   while (fs::exists(kNode)) std::this_thread::sleep_for(kLookEvery);
   return true;
 }
 
-bool KernelBench::restore() {
+bool UvcBench::restore() {
   const auto done = plug_.plug();
   EXPECT_TRUE(done) << done.error().text();
   while (done && !fs::exists(kNode)) std::this_thread::sleep_for(kLookEvery);
   return done.has_value();
 }
 
-void KernelBench::reset() {
+void UvcBench::reset() {
   end_spoiling();
   (void)restore();
 }
 
-std::string KernelBench::settings(const std::string& pixel_format) {
+std::string UvcBench::settings(const std::string& pixel_format) {
   return fmt::format(R"(
 device = "{}"
 pixel_format = "{}"
@@ -65,13 +65,13 @@ gain_counts = 16
                      kNode, pixel_format, kSize.width, kSize.height);
 }
 
-base::Result<std::vector<Device>> KernelBench::open() {
+base::Result<std::vector<Device>> UvcBench::open() {
   const auto table = base::ConfigTable::parse(settings("Y16"), "camera.toml");
   if (!table) return base::pass(table);
   return open_devices({"v4l2", *table, "", *clock_, nullptr});
 }
 
-std::optional<conformance::CameraUnderTest> KernelBench::camera() {
+std::optional<conformance::CameraUnderTest> UvcBench::camera() {
   conformance::CameraUnderTest test;
   test.device = "camera";
   test.peer = this;
@@ -80,7 +80,7 @@ std::optional<conformance::CameraUnderTest> KernelBench::camera() {
   return test;
 }
 
-std::optional<double> KernelBench::exposure_in(std::span<const std::uint16_t> pixels) {
+std::optional<double> UvcBench::exposure_in(std::span<const std::uint16_t> pixels) {
   std::vector<std::uint8_t> bytes;
   for (const std::uint16_t pixel : pixels) sim::wire::uvc_append(bytes, pixel, 2);
   const auto facts = sim::wire::read_uvc_picture(bytes, kFormat, kSize);
@@ -88,17 +88,17 @@ std::optional<double> KernelBench::exposure_in(std::span<const std::uint16_t> pi
   return facts ? facts->settings.exposure_100us * 100e-6 : -1;
 }
 
-bool KernelBench::corrupt_next() {
+bool UvcBench::corrupt_next() {
   spoil_all(&sim::wire::UvcCamera::damage_frames);
   return true;
 }
 
-bool KernelBench::drop_next() {
+bool UvcBench::drop_next() {
   spoil_all(&sim::wire::UvcCamera::drop_frames);
   return true;
 }
 
-void KernelBench::spoil_all(void (sim::wire::UvcCamera::*how)(int)) {
+void UvcBench::spoil_all(void (sim::wire::UvcCamera::*how)(int)) {
   end_spoiling();
   constexpr int kMany = 1'000'000;
   (camera_.*how)(kMany);
@@ -113,7 +113,7 @@ void KernelBench::spoil_all(void (sim::wire::UvcCamera::*how)(int)) {
   });
 }
 
-void KernelBench::end_spoiling() {
+void UvcBench::end_spoiling() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
