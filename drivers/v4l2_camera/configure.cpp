@@ -24,19 +24,20 @@ struct Automatic {
   std::uint32_t id;
   std::int32_t off;
 };
-constexpr std::array<Automatic, 13> kAutomatic{{{V4L2_CID_AUTOGAIN, 0},
-                                                {V4L2_CID_AUTO_WHITE_BALANCE, 0},
-                                                {V4L2_CID_AUTO_N_PRESET_WHITE_BALANCE, V4L2_WHITE_BALANCE_MANUAL},
-                                                {V4L2_CID_AUTOBRIGHTNESS, 0},
-                                                {V4L2_CID_HUE_AUTO, 0},
-                                                {V4L2_CID_CHROMA_AGC, 0},
-                                                {V4L2_CID_BACKLIGHT_COMPENSATION, 0},
-                                                {V4L2_CID_WIDE_DYNAMIC_RANGE, 0},
-                                                {V4L2_CID_ISO_SENSITIVITY_AUTO, V4L2_ISO_SENSITIVITY_MANUAL},
-                                                {V4L2_CID_SCENE_MODE, V4L2_SCENE_MODE_NONE},
-                                                {V4L2_CID_IMAGE_STABILIZATION, 0},
-                                                {V4L2_CID_FOCUS_AUTO, 0},
-                                                {V4L2_CID_POWER_LINE_FREQUENCY, 0}}};
+constexpr std::array<Automatic, 13> kAutomatic{
+    {{V4L2_CID_AUTOGAIN, 0},
+     {V4L2_CID_AUTO_WHITE_BALANCE, 0},
+     {V4L2_CID_AUTO_N_PRESET_WHITE_BALANCE, V4L2_WHITE_BALANCE_MANUAL},
+     {V4L2_CID_AUTOBRIGHTNESS, 0},
+     {V4L2_CID_HUE_AUTO, 0},
+     {V4L2_CID_CHROMA_AGC, 0},
+     {V4L2_CID_BACKLIGHT_COMPENSATION, 0},
+     {V4L2_CID_WIDE_DYNAMIC_RANGE, 0},
+     {V4L2_CID_ISO_SENSITIVITY_AUTO, V4L2_ISO_SENSITIVITY_MANUAL},
+     {V4L2_CID_SCENE_MODE, V4L2_SCENE_MODE_NONE},
+     {V4L2_CID_IMAGE_STABILIZATION, 0},
+     {V4L2_CID_FOCUS_AUTO, 0},
+     {V4L2_CID_POWER_LINE_FREQUENCY, 0}}};
 
 using Controls = std::vector<Control>;
 
@@ -81,8 +82,7 @@ Result<void> set_to(VideoNode& node, const Control& control, std::int32_t value)
   const auto reads = set_control(node, control, value);
   if (!reads) return pass(reads);
   if (*reads == value) return {};
-  return fail(ErrorCode::device,
-              fmt::format("{} was set to {} and reads {}", control.name, value, *reads));
+  return fail(ErrorCode::device, fmt::format("{} was set to {} and reads {}", control.name, value, *reads));
 }
 
 Result<void> end_automatics(VideoNode& node, const Controls& controls) {
@@ -102,7 +102,8 @@ Result<void> end_automatic_exposure(VideoNode& node, const Controls& controls) {
   for (const std::int32_t item : {V4L2_EXPOSURE_MANUAL, V4L2_EXPOSURE_SHUTTER_PRIORITY}) {
     if (has_menu_item(node, *control, item)) return set_to(node, *control, item);
   }
-  return fail(ErrorCode::device, "its exposure cannot be set by hand: its menu has neither manual nor shutter priority");
+  return fail(ErrorCode::device,
+              "its exposure cannot be set by hand: its menu has neither manual nor shutter priority");
 }
 
 Result<void> set_what_was_asked(VideoNode& node, const Settings& settings, const Controls& controls) {
@@ -156,8 +157,8 @@ Result<void> set_up_exposure(VideoNode& node, const Settings& settings, const Co
   }
   if (made.min_exposure_s > made.max_exposure_s) {
     return fail(ErrorCode::bad_input,
-                fmt::format("it cannot expose: its {} takes {} to {}, of {} us each", control.name, control.min,
-                            control.max, found->unit_s * 1e6));
+                fmt::format("it cannot expose: its {} takes {} to {}, of {} us each", control.name,
+                            control.min, control.max, found->unit_s * 1e6));
   }
   made.exposure = std::move(*found);
   return {};
@@ -208,7 +209,8 @@ Result<Configured> configure(VideoNode& node, const Settings& settings, const Lo
   if (auto done = set_up_exposure(node, settings, *controls, made); !done) return pass(done);
   if (auto done = set_what_was_asked(node, settings, *controls); !done) return pass(done);
   if (auto done = set_up_gain(settings, *controls, made); !done) return pass(done);
-  log(LogLevel::debug, fmt::format("{}: {}, controls {}", settings.called(), made.card, control_names(*controls)));
+  log(LogLevel::debug,
+      fmt::format("{}: {}, controls {}", settings.called(), made.card, control_names(*controls)));
   return made;
 }
 

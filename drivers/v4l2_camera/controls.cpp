@@ -95,8 +95,8 @@ Result<std::vector<Control>> list_controls(VideoNode& node) {
 }
 
 const Control* find_control(const std::vector<Control>& controls, std::uint32_t id) {
-  const auto found =
-      std::find_if(controls.begin(), controls.end(), [&](const Control& c) { return c.id == id && c.usable; });
+  const auto found = std::find_if(controls.begin(), controls.end(),
+                                  [&](const Control& c) { return c.id == id && c.usable; });
   return found == controls.end() ? nullptr : &*found;
 }
 

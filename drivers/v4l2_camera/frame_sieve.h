@@ -29,8 +29,8 @@ enum class Verdict {
 
 struct Judgement {
   Verdict verdict = Verdict::good;
-  std::string why;          ///< of a bad one
-  std::uint32_t lost = 0;   ///< frames missing between this one and the one before
+  std::string why;         ///< of a bad one
+  std::uint32_t lost = 0;  ///< frames missing between this one and the one before
 };
 
 /// Told of every frame that comes, in their order. Times are of CLOCK_MONOTONIC.

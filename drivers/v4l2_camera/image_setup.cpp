@@ -88,8 +88,8 @@ Result<Layout> set_format(VideoNode& node, const Settings& settings) {
   const std::size_t tight = line_bytes(settings.format.packing, layout.width);
   if (layout.stride == 0) layout.stride = tight;
   if (image_bytes(settings.format.packing, layout) == 0) {
-    return fail(ErrorCode::device, fmt::format("it says that {} samples lie in lines of {} bytes",
-                                               layout.width, layout.stride));
+    return fail(ErrorCode::device,
+                fmt::format("it says that {} samples lie in lines of {} bytes", layout.width, layout.stride));
   }
   return layout;
 }
@@ -97,8 +97,8 @@ Result<Layout> set_format(VideoNode& node, const Settings& settings) {
 Result<double> set_interval(VideoNode& node, const Settings& settings) {
   v4l2_streamparm told{};
   told.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-  const bool tells = node.request(VIDIOC_G_PARM, &told) == 0 &&
-                     (told.parm.capture.capability & V4L2_CAP_TIMEPERFRAME) != 0;
+  const bool tells =
+      node.request(VIDIOC_G_PARM, &told) == 0 && (told.parm.capture.capability & V4L2_CAP_TIMEPERFRAME) != 0;
   v4l2_fract& interval = told.parm.capture.timeperframe;
   if (tells && settings.frame_interval_s) {
     interval.numerator = static_cast<std::uint32_t>(std::lround(*settings.frame_interval_s * 1e6));
@@ -107,17 +107,17 @@ Result<double> set_interval(VideoNode& node, const Settings& settings) {
       return failed_to("to set its frame interval", error);
     }
   }
-  const double told_s = tells && interval.denominator != 0
-                            ? static_cast<double>(interval.numerator) / interval.denominator
-                            : 0;
+  const double told_s =
+      tells && interval.denominator != 0 ? static_cast<double>(interval.numerator) / interval.denominator : 0;
   if (!settings.frame_interval_s) {
     if (told_s > 0) return told_s;
     return fail(ErrorCode::bad_input, "it does not tell the interval of its frames", {},
                 "frame_interval_ms says it");
   }
   if (told_s > 0 && std::abs(told_s - *settings.frame_interval_s) > kIntervalShare * told_s) {
-    return fail(ErrorCode::bad_input, fmt::format("it has no frame interval of {:.3f} ms, the nearest is {:.3f} ms",
-                                                  *settings.frame_interval_s * 1e3, told_s * 1e3));
+    return fail(ErrorCode::bad_input,
+                fmt::format("it has no frame interval of {:.3f} ms, the nearest is {:.3f} ms",
+                            *settings.frame_interval_s * 1e3, told_s * 1e3));
   }
   return *settings.frame_interval_s;
 }

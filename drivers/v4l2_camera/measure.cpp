@@ -44,17 +44,13 @@ std::int64_t now_ns() {
 class Watch {
  public:
   Watch(VideoNode& node, Stream& stream, const Settings& settings, const Configured& made)
-      : node_(node),
-        stream_(stream),
-        settings_(settings),
-        made_(made),
-        sieve_(made.image_bytes, made.interval_s) {}
+      : node_(node), stream_(stream), settings_(settings), made_(made) {}
 
   void expose_for(double exposure_s) { exposure_s_ = exposure_s; }
 
   // The frames until a change between two values shows; nothing: it does not, or not each time.
-  [[nodiscard]] Result<std::optional<int>> settle(const Control& control, double unit_s, double low, double high,
-                                                  const Plan& plan) {
+  [[nodiscard]] Result<std::optional<int>> settle(const Control& control, double unit_s, double low,
+                                                  double high, const Plan& plan) {
     auto levels = levels_after(control, unit_s, low, plan.frames, 0);
     if (!levels) return pass(levels);
     int most = 0;
@@ -73,6 +69,8 @@ class Watch {
   }
 
  private:
+  // Of frames whose stamp is later than the setting. An exposure counts those that surely began later, which
+  // are fewer: so the number that is measured is enough.
   // unit_s: of an exposure control's counts, or 0.
   [[nodiscard]] Result<std::vector<double>> levels_after(const Control& control, double unit_s, double value,
                                                          std::size_t count, double wait_s) {
@@ -81,8 +79,6 @@ class Watch {
     if (!reads) return pass(reads);
     if (unit_s > 0) exposure_s_ = *reads * unit_s;
     const std::int64_t set_ns = now_ns();
-    sieve_.set(set_ns, exposure_s_, 0);
-    sieve_.trigger(set_ns);
     std::vector<double> levels;
     auto until = patience();
     while (levels.size() < count) {
@@ -93,14 +89,12 @@ class Watch {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         continue;
       }
-      const Judgement judgement = sieve_.look((*filled)->facts);
-      const bool counts = judgement.verdict == Verdict::good || judgement.verdict == Verdict::too_quick;
-      if (counts) {
+      const FrameFacts& facts = (*filled)->facts;
+      if (facts.stamp_ns >= set_ns && !facts.damaged && facts.bytes >= made_.image_bytes) {
         levels.push_back(mean_level(settings_.format.packing, made_.layout, (*filled)->bytes));
         until = patience();
       }
       if (auto done = stream_.give_back((*filled)->index); !done) return pass(done);
-      if (judgement.verdict == Verdict::bad) return fail(ErrorCode::device, judgement.why);
     }
     return levels;
   }
@@ -113,7 +107,6 @@ class Watch {
   Stream& stream_;
   const Settings& settings_;
   const Configured& made_;
-  FrameSieve sieve_;
   double exposure_s_ = 0;
 };
 
@@ -150,8 +143,8 @@ Result<Measured> measure_settling(VideoNode& node, Stream& stream, const Setting
   }
   if (made.gain) {
     const double range = static_cast<double>(made.gain->max) - made.gain->min;
-    const auto settled =
-        watch.settle(*made.gain, 0, made.gain->min + range / 8, made.gain->min + range * 5 / 8, plan);
+    const double low = made.gain->min + range / 8, high = made.gain->min + range * 5 / 8;
+    const auto settled = watch.settle(*made.gain, 0, low, high, frames ? Plan{2, 8} : plan);
     if (!settled) return pass(settled);
     if (!*settled && !frames) return Measured{{}, "its gain is not seen to change the picture"};
     if (*settled) frames = std::max(frames.value_or(0), **settled);

@@ -17,7 +17,7 @@ struct Measured {
 };
 
 /// Takes some 60 frames, and up to 200 where nothing can be seen. Leaves the controls anywhere. Errors: lost.
-[[nodiscard]] base::Result<Measured> measure_settling(VideoNode& node, Stream& stream, const Settings& settings,
-                                                      const Configured& made);
+[[nodiscard]] base::Result<Measured> measure_settling(VideoNode& node, Stream& stream,
+                                                      const Settings& settings, const Configured& made);
 
 }  // namespace rig::drivers::v4l2

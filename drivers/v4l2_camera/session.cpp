@@ -23,6 +23,9 @@ constexpr double kLongestWait_s = 8;
 constexpr int kOwnFrames = 2;
 constexpr int kSpareBuffers = 3;
 constexpr int kMostBuffers = 32;
+// What exposes or is read out when a camera is opened was set by somebody else, and may have begun any time
+// ago.
+constexpr int kFramesOfOthers = 2;
 // A stream that says nothing for so long, and some frames more, has broken down.
 constexpr std::chrono::seconds kSilence{3};
 constexpr int kSilentFrames = 5;
@@ -61,8 +64,7 @@ Result<std::unique_ptr<Session>> Session::open(const Settings& settings, base::C
   auto made = configure(**node, settings, log);
   if (!made) return pass_named(settings, made);
   std::unique_ptr<Session> session(new Session(settings, clock, log, std::move(*node), std::move(*made)));
-  auto stream =
-      Stream::start(*session->node_, settings, session->made_.image_bytes, buffers_for(settings));
+  auto stream = Stream::start(*session->node_, settings, session->made_.image_bytes, buffers_for(settings));
   if (!stream) return pass_named(settings, stream);
   session->stream_ = std::move(*stream);
   if (auto done = session->settle_or_state(log, known); !done) return pass_named(settings, done);
@@ -80,13 +82,15 @@ Result<void> Session::settle_or_state(const Log& log, const std::optional<Settli
   if (!measured) return pass(measured);
   if (measured->frames) {
     settling_.frames = *measured->frames;
-    log(LogLevel::info, fmt::format("{}: {} shows a setting after {} frames, measured; {} more are dropped",
-                                    settings_.called(), made_.card, settling_.frames, settings_.settle_margin));
+    log(LogLevel::info,
+        fmt::format("{}: {} shows a setting after {} frames, measured; {} more are dropped",
+                    settings_.called(), made_.card, settling_.frames, settings_.settle_margin));
     return {};
   }
   log(LogLevel::warning,
-      fmt::format("{}: after how many frames a setting shows could not be measured: {}; settle_frames says {}",
-                  settings_.called(), measured->why, settling_.frames));
+      fmt::format(
+          "{}: after how many frames a setting shows could not be measured: {}; settle_frames says {}",
+          settings_.called(), measured->why, settling_.frames));
   return {};
 }
 
@@ -112,11 +116,11 @@ Result<void> Session::check(double exposure_s, double gain) const {
   constexpr double kRounding = 1e-9;
   const double least = made_.min_exposure_s, most = most_exposure_s();
   if (!(exposure_s >= least * (1 - kRounding) && exposure_s <= most * (1 + kRounding))) {
-    return fail(ErrorCode::bad_input,
-                made_.exposure ? fmt::format("it cannot expose for {} us, only for {} to {} us", exposure_s * 1e6,
-                                             least * 1e6, most * 1e6)
-                               : fmt::format("its exposure is fixed: {} us, asked for were {} us", least * 1e6,
-                                             exposure_s * 1e6));
+    return fail(ErrorCode::bad_input, made_.exposure
+                                          ? fmt::format("it cannot expose for {} us, only for {} to {} us",
+                                                        exposure_s * 1e6, least * 1e6, most * 1e6)
+                                          : fmt::format("its exposure is fixed: {} us, asked for were {} us",
+                                                        least * 1e6, exposure_s * 1e6));
   }
   if (!made_.gain) {
     if (gain == 1) return {};
@@ -160,7 +164,9 @@ Result<void> Session::set(double exposure_s, double gain) {
     changed = changed || *done;
     gain_ = gain_factor(settings_, gain_is_->reads);
   }
-  if (changed) sieve_.set(now_ns(), exposure_s_, settling_.frames + settings_.settle_margin);
+  if (!changed) return {};
+  const int others = std::exchange(was_set_, true) ? 0 : kFramesOfOthers;
+  sieve_.set(now_ns(), exposure_s_, settling_.frames + settings_.settle_margin + others);
   return {};
 }
 

@@ -81,6 +81,7 @@ class Session {
   std::optional<Value> exposure_is_, gain_is_;
   double exposure_s_ = 0, gain_ = 1;  // as the camera has them
 
+  bool was_set_ = false;
   bool exposing_ = false;
   bool was_full_ = false;  // every buffer was: what the camera took meanwhile is gone, and nobody misses it
   std::chrono::steady_clock::time_point heard_at_{};  // of any frame, or the trigger

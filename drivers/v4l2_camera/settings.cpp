@@ -39,7 +39,8 @@ void read_controls(const ConfigTable& table, Settings& settings) {
       is_number = error == std::errc() && rest == end;
     }
     if (!is_number) {
-      table.error("controls", fmt::format("'{}' is not NAME=NUMBER", line), "v4l2-ctl --list-ctrls names them");
+      table.error("controls", fmt::format("'{}' is not NAME=NUMBER", line),
+                  "v4l2-ctl --list-ctrls names them");
       continue;
     }
     settings.controls.emplace_back(line.substr(0, at), value);

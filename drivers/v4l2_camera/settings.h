@@ -37,9 +37,9 @@ struct Settings {
 
   Stamp stamp = Stamp::as_told;
   bool measure_settling = true;
-  int settle_frames = 4;  ///< where it was not measured
-  int settle_margin = 1;  ///< frames more than were measured or stated
-  int buffers = 0;        ///< 0: as many as settling takes, and some
+  int settle_frames = 4;                          ///< where it was not measured
+  int settle_margin = 1;                          ///< frames more than were measured or stated
+  int buffers = 0;                                ///< 0: as many as settling takes, and some
   std::chrono::milliseconds open_within{10'000};  ///< when rigd starts
 
   /// Significant bits of the samples that are handed out.

@@ -7,9 +7,9 @@ namespace rig::drivers::v4l2 {
 
 namespace {
 
-constexpr std::size_t kAtEnd = 3;         // so many levels are the end
-constexpr double kShare = 0.1;            // of the change: closer is arrived
-constexpr double kAboveNoise = 5;         // a change is so many times larger than what the end varies by
+constexpr std::size_t kAtEnd = 3;  // so many levels are the end
+constexpr double kShare = 0.1;     // of the change: closer is arrived
+constexpr double kAboveNoise = 5;  // a change is so many times larger than what the end varies by
 
 }  // namespace
 

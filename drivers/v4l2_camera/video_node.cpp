@@ -83,7 +83,8 @@ tl::unexpected<base::Error> failed_to(const std::string& what, int error) {
     case EPROTO:
     case EILSEQ:
     case ETIMEDOUT:
-      return fail(ErrorCode::lost, fmt::format("it does not answer: it failed {}: {}", what, std::strerror(error)));
+      return fail(ErrorCode::lost,
+                  fmt::format("it does not answer: it failed {}: {}", what, std::strerror(error)));
     case EBUSY:
       return fail(ErrorCode::busy, fmt::format("another program uses it: it failed {}", what));
     default:

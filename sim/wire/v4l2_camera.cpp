@@ -223,8 +223,8 @@ int V4l2Camera::Device::perform(User& user, std::uint32_t code, void* argument) 
     return failure->second.first;
   }
   const bool changes = code == VIDIOC_S_CTRL || code == VIDIOC_S_FMT || code == VIDIOC_S_PARM;
-  const bool outranked = std::any_of(users.begin(), users.end(),
-                                     [&](const User& u) { return u.priority > user.priority; });
+  const bool outranked =
+      std::any_of(users.begin(), users.end(), [&](const User& u) { return u.priority > user.priority; });
   if (changes && outranked) return EBUSY;
   switch (code) {
     case VIDIOC_QUERYCAP:

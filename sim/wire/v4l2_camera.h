@@ -17,13 +17,13 @@ namespace rig::sim::wire {
 
 struct V4l2CameraOptions {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> sizes{{64, 48}};  ///< width and height, pixels
-  std::uint32_t padding = 0;       ///< bytes after each line
-  double interval_s = 0.004;       ///< between frames that are exposed shortly
+  std::uint32_t padding = 0;                                             ///< bytes after each line
+  double interval_s = 0.004;  ///< between frames that are exposed shortly
   double readout_s = 0.001;
-  int delay_frames = 2;            ///< until a control shows
-  bool start_stamps = false;       ///< stamps are of the start of the exposure, else of the end of the frame
-  bool tells_interval = true;      ///< VIDIOC_G_PARM
-  bool clips_exposure = false;     ///< it never exposes longer than the interval, and does not say so
+  int delay_frames = 2;         ///< until a control shows
+  bool start_stamps = false;    ///< stamps are of the start of the exposure, else of the end of the frame
+  bool tells_interval = true;   ///< VIDIOC_G_PARM
+  bool clips_exposure = false;  ///< it never exposes longer than the interval, and does not say so
   ExposureKind exposure = ExposureKind::absolute;
   int gain_min = 0;
   std::string card = "rig-sim-v4l2";

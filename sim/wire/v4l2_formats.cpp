@@ -9,7 +9,8 @@ namespace {
 
 constexpr std::uint32_t kY12P = v4l2_fourcc('Y', '1', '2', 'P');
 
-// Groups of kGroup samples: the high 8 bits of each, then one byte of their low bits, the first sample's lowest.
+// Groups of kGroup samples: the high 8 bits of each, then one byte of their low bits, the first sample's
+// lowest.
 template <std::size_t kGroup>
 void pack_mipi(int low_bits, std::span<const std::uint16_t> samples, std::span<std::uint8_t> bytes) {
   std::size_t to = 0;

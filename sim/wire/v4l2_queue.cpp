@@ -51,9 +51,8 @@ void V4l2Queue::fit(v4l2_pix_format& image) const {
     return std::labs(static_cast<long>(size.width) - static_cast<long>(image.width)) +
            std::labs(static_cast<long>(size.height) - static_cast<long>(image.height));
   };
-  const Size size = *std::min_element(sizes_.begin(), sizes_.end(), [&](const Size& a, const Size& b) {
-    return distance(a) < distance(b);
-  });
+  const Size size = *std::min_element(
+      sizes_.begin(), sizes_.end(), [&](const Size& a, const Size& b) { return distance(a) < distance(b); });
   image.pixelformat = format->fourcc;
   image.width = size.width;
   image.height = size.height;

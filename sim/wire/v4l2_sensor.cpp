@@ -17,14 +17,15 @@ constexpr std::uint32_t kAutomatic_us = 3000;
 
 V4l2Sensor::V4l2Sensor(ExposureKind exposure, int delay_frames, int gain_min)
     : exposure_(exposure), delay_frames_(delay_frames) {
-  const auto number = [](std::uint32_t id, const char* name, std::int32_t min, std::int32_t max, std::int32_t step,
-                         std::int32_t usual) {
+  const auto number = [](std::uint32_t id, const char* name, std::int32_t min, std::int32_t max,
+                         std::int32_t step, std::int32_t usual) {
     return Control{id, V4L2_CTRL_TYPE_INTEGER, name, min, max, step, usual, usual, 0, {}};
   };
   const auto yes_no = [](std::uint32_t id, const char* name, std::int32_t usual) {
     return Control{id, V4L2_CTRL_TYPE_BOOLEAN, name, 0, 1, 1, usual, usual, 0, {}};
   };
-  const auto menu = [](std::uint32_t id, const char* name, std::vector<std::string> items, std::int32_t usual) {
+  const auto menu = [](std::uint32_t id, const char* name, std::vector<std::string> items,
+                       std::int32_t usual) {
     const auto last = static_cast<std::int32_t>(items.size()) - 1;
     return Control{id, V4L2_CTRL_TYPE_MENU, name, 0, last, 1, usual, usual, 0, std::move(items)};
   };
@@ -39,13 +40,15 @@ V4l2Sensor::V4l2Sensor(ExposureKind exposure, int delay_frames, int gain_min)
   }
   if (exposure_ == ExposureKind::absolute) {
     controls_.push_back(menu(V4L2_CID_EXPOSURE_AUTO, "Auto Exposure",
-                             {"", "Manual Mode", "", "Aperture Priority Mode"}, V4L2_EXPOSURE_APERTURE_PRIORITY));
+                             {"", "Manual Mode", "", "Aperture Priority Mode"},
+                             V4L2_EXPOSURE_APERTURE_PRIORITY));
     controls_.push_back(number(V4L2_CID_EXPOSURE_ABSOLUTE, "Exposure Time, Absolute", 1, 5000, 1, 157));
   }
   Control temperature = number(V4L2_CID_CAMERA_CLASS_BASE + 200, "Sensor Temperature", -40, 120, 1, 31);
   temperature.flags = V4L2_CTRL_FLAG_READ_ONLY;
   controls_.push_back(temperature);
-  std::sort(controls_.begin(), controls_.end(), [](const Control& a, const Control& b) { return a.id < b.id; });
+  std::sort(controls_.begin(), controls_.end(),
+            [](const Control& a, const Control& b) { return a.id < b.id; });
 }
 
 const V4l2Sensor::Control* V4l2Sensor::find(std::uint32_t id) const {

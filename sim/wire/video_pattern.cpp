@@ -59,7 +59,8 @@ std::optional<VideoFacts> read_video(std::span<const std::uint16_t> samples, std
   std::vector<std::uint16_t> expected(width);
   for (std::size_t line = 0; line * width < samples.size(); ++line) {
     paint_video_line(facts, bits, line, expected);
-    if (!std::equal(expected.begin(), expected.end(), samples.begin() + static_cast<std::ptrdiff_t>(line * width))) {
+    if (!std::equal(expected.begin(), expected.end(),
+                    samples.begin() + static_cast<std::ptrdiff_t>(line * width))) {
       return std::nullopt;
     }
   }

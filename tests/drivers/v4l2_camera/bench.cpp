@@ -57,8 +57,8 @@ class SocketBench final : public conformance::Bench {
  public:
   [[nodiscard]] std::string name() const override { return "v4l2_camera"; }
   [[nodiscard]] base::Result<std::vector<Device>> open() override {
-    const auto table =
-        base::ConfigTable::parse("device = \"" + device_of(path_) + "\"\npixel_format = \"SBGGR12\"\n", "camera.toml");
+    const auto table = base::ConfigTable::parse(
+        "device = \"" + device_of(path_) + "\"\npixel_format = \"SBGGR12\"\n", "camera.toml");
     if (!table) return base::pass(table);
     return open_devices({"v4l2", *table, "", *clock_, nullptr});
   }

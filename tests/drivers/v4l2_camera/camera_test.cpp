@@ -3,8 +3,8 @@
 #include <cerrno>
 #include <cmath>
 #include <gmock/gmock.h>
-#include <linux/videodev2.h>
 #include <limits>
+#include <linux/videodev2.h>
 
 #include "tests/drivers/v4l2_camera/support.h"
 
@@ -38,10 +38,11 @@ struct Wired {
 TEST(Camera, EveryFormatComesAsItWasPaintedWithAndWithoutPadding) {
   for (const std::uint32_t padding : {0U, 24U}) {
     Wired wired({.padding = padding});
-    for (const char* name : {"GREY", "Y10", "Y10P", "Y12", "Y12P", "Y14", "Y16", "SRGGB8", "SGRBG10", "SGBRG10P",
-                             "SBGGR12", "SRGGB12P", "SRGGB16"}) {
+    for (const char* name : {"GREY", "Y10", "Y10P", "Y12", "Y12P", "Y14", "Y16", "SRGGB8", "SGRBG10",
+                             "SGBRG10P", "SBGGR12", "SRGGB12P", "SRGGB16"}) {
       SCOPED_TRACE(fmt::format("{} with {} bytes after each line", name, padding));
-      Rig rig(wired.name(), fmt::format("pixel_format = \"{}\"\nmeasure_settling = false\nsettle_frames = 2", name));
+      Rig rig(wired.name(),
+              fmt::format("pixel_format = \"{}\"\nmeasure_settling = false\nsettle_frames = 2", name));
       EXPECT_EQ(rig.capabilities().bits, find_pixel_format(name)->bits);
       EXPECT_EQ(rig.capabilities().bayer, find_pixel_format(name)->bayer);
       expect_frame(rig, 1.5e-3);
