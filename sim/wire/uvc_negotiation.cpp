@@ -57,12 +57,12 @@ UvcReply UvcNegotiation::answer(const SetupPacket& setup, std::span<const std::u
   if ((!commit && selector != kProbeControl) || (setup.value & 0xFFU) != 0) {
     return UvcReply::refused(UvcError::invalid_control);
   }
-  const auto invalid = UvcReply::refused(UvcError::invalid_request);
-  if (setup.is_in() != (setup.request != uvc_request::kSetCur)) return invalid;
+  const auto invalid = [] { return UvcReply::refused(UvcError::invalid_request); };
+  if (setup.is_in() != (setup.request != uvc_request::kSetCur)) return invalid();
   constexpr std::uint8_t kGetAndSet = 3;
   switch (setup.request) {
     case uvc_request::kSetCur:
-      if (out.size() != kUvcProbe) return invalid;
+      if (out.size() != kUvcProbe) return invalid();
       if (!commit) {
         probed_ = nearest(out);
         return {};
@@ -73,17 +73,17 @@ UvcReply UvcNegotiation::answer(const SetupPacket& setup, std::span<const std::u
     case uvc_request::kGetCur:
       return UvcReply::with(block_of(commit ? committed_ : probed_));
     case uvc_request::kGetMin:
-      return commit ? invalid : UvcReply::with(block_of(extreme(probed_, kUvcIntervals.front())));
+      return commit ? invalid() : UvcReply::with(block_of(extreme(probed_, kUvcIntervals.front())));
     case uvc_request::kGetMax:
-      return commit ? invalid : UvcReply::with(block_of(extreme(probed_, kUvcIntervals.back())));
+      return commit ? invalid() : UvcReply::with(block_of(extreme(probed_, kUvcIntervals.back())));
     case uvc_request::kGetDef:
-      return commit ? invalid : UvcReply::with(block_of({}));
+      return commit ? invalid() : UvcReply::with(block_of({}));
     case uvc_request::kGetLen:
       return UvcReply::with({kUvcProbe, 0});
     case uvc_request::kGetInfo:
       return UvcReply::with({kGetAndSet});
     default:
-      return invalid;
+      return invalid();
   }
 }
 

@@ -6,6 +6,8 @@ start_camera() { # further arguments
   modprobe uvcvideo
   mkfifo "$scratch/orders"
   "$RIG_BUILD/bin/rig-sim-uvc" "$@" <"$scratch/orders" >"$scratch/said" 2>"$scratch/complaints" &
+  # The next case may want the first node for another device.
+  on_exit await camera_is_gone
   on_exit kill $!
   exec {orders}>"$scratch/orders"
   await grep -q ready "$scratch/said"

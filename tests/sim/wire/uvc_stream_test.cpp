@@ -164,7 +164,7 @@ TEST_F(UvcStream, TwoFramesOf16Bits) {
     for (std::size_t y = 1; y < 480; ++y) {
       for (std::size_t x = 0; x < 640; ++x) {
         const std::size_t band = 1 + x / 80;
-        ASSERT_EQ(r.sample(x, y), 160 + 123 * 24 * band) << x << ", " << y;
+        ASSERT_EQ(r.sample(x, y), 160 + std::size_t{123} * 24 * band) << x << ", " << y;
       }
     }
   }
@@ -188,15 +188,16 @@ TEST_F(UvcStream, OtherFormatsHaveTheUpperBits) {
   for (const Row& row : {Row{1, 8, 1}, Row{2, 12, 2}, Row{4, 8, 1}}) {
     host.start(row.format, 1, k30Hz);
     const Taken taken = receiver.frame();
-    ASSERT_EQ(taken.picture.size(), 320U * 240 * row.step);
+    ASSERT_EQ(taken.picture.size(), std::size_t{320} * 240 * row.step);
     const Reader r{taken.picture, 320, row.bits, row.step};
     EXPECT_EQ(r.stamp(32, 32), 300U);
     for (std::size_t y = 1; y < 240; ++y) {
       for (std::size_t x = 0; x < 320; ++x) {
-        std::size_t light = 300 * 32 * (1 + x / 40);
+        std::size_t light = std::size_t{300} * 32 * (1 + x / 40);
         if (row.format == 4 && x % 2 == 0 && y % 2 == 0) light /= 2;  // red
         if (row.format == 4 && x % 2 == 1 && y % 2 == 1) light /= 4;  // blue
-        ASSERT_EQ(r.sample(x, y), std::min<std::size_t>(65535, 16 * 255 + light) >> (16 - row.bits))
+        ASSERT_EQ(r.sample(x, y),
+                  std::min<std::size_t>(65535, std::size_t{16} * 255 + light) >> (16 - row.bits))
             << int{row.format} << ": " << x << ", " << y;
       }
     }
