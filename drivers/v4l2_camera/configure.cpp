@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
 
 #include "drivers/v4l2_camera/gain.h"
@@ -73,9 +74,10 @@ Result<std::string> identify(VideoNode& node) {
 }
 
 // No other program's settings from here on, where the device knows priorities.
-void claim(VideoNode& node) {
+Result<void> claim(VideoNode& node) {
   std::uint32_t priority = V4L2_PRIORITY_RECORD;
-  (void)node.request(VIDIOC_S_PRIORITY, &priority);
+  if (node.request(VIDIOC_S_PRIORITY, &priority) == EBUSY) return failed_to("to be ours alone", EBUSY);
+  return {};
 }
 
 Result<void> set_to(VideoNode& node, const Control& control, std::int32_t value) {
@@ -195,7 +197,9 @@ Result<Configured> configure(VideoNode& node, const Settings& settings, const Lo
   auto card = identify(node);
   if (!card) return pass(card);
   made.card = *card;
-  claim(node);
+  if (settings.exclusive) {
+    if (auto done = claim(node); !done) return pass(done);
+  }
   auto layout = set_format(node, settings);
   if (!layout) return pass(layout);
   made.layout = *layout;

@@ -87,6 +87,7 @@ Settings read_settings(const ConfigTable& table) {
     table.error("device", "is the whole path of a video device",
                 "/dev/v4l/by-id/ has one for each camera that keeps its name");
   }
+  settings.exclusive = table.boolean_or("exclusive", true);
   read_image(table, settings);
   read_controls(table, settings);
   read_exposing(table, settings);

@@ -20,6 +20,7 @@ enum class Stamp { as_told, start, end };
 struct Settings {
   std::string name = "camera";  ///< that the module gives the device
   std::string device;           ///< "/dev/v4l/by-id/...", or "unix:" and a socket
+  bool exclusive = true;        ///< no other program may set it meanwhile
 
   PixelFormat format;
   int shift_right = 0;        ///< of samples, for a camera that puts fewer bits than 16 at the top

@@ -222,7 +222,9 @@ int V4l2Camera::Device::perform(User& user, std::uint32_t code, void* argument) 
     --failure->second.second;
     return failure->second.first;
   }
-  const bool changes = code == VIDIOC_S_CTRL || code == VIDIOC_S_FMT || code == VIDIOC_S_PARM;
+  const bool changes = code == VIDIOC_S_CTRL || code == VIDIOC_S_FMT || code == VIDIOC_S_PARM ||
+                       code == VIDIOC_S_PRIORITY || code == VIDIOC_REQBUFS || code == VIDIOC_STREAMON ||
+                       code == VIDIOC_STREAMOFF;
   const bool outranked =
       std::any_of(users.begin(), users.end(), [&](const User& u) { return u.priority > user.priority; });
   if (changes && outranked) return EBUSY;

@@ -58,7 +58,7 @@ TEST(Camera, HowManyFramesASettingTakesIsMeasured) {
       Wired wired({.delay_frames = delay, .start_stamps = start_stamps});
       // What is stated is wrong, and not used.
       Rig rig(wired.name(), kGrey + "settle_frames = 0\nsettle_margin = 1\n");
-      EXPECT_TRUE(rig.said().has("measured")) << "it was not measured";
+      EXPECT_TRUE(rig.said().has("frames, measured")) << "it was not measured";
       for (int i = 0; i < 8; ++i) {
         expect_frame(rig, i % 2 == 0 ? 1e-3 : 9e-3);
         if (HasFatalFailure()) return;
@@ -91,11 +91,20 @@ TEST(Camera, InTheDarkTheStatedNumberIsUsedAndSaid) {
   for (int i = 0; i < 6; ++i) expect_frame(rig, i % 2 == 0 ? 1e-3 : 9e-3);
 }
 
+TEST(Camera, ACameraThatIsTooSlowToBeMeasuredIsNotWaitedFor) {
+  Wired wired({.interval_s = 0.4});
+  const auto begun = std::chrono::steady_clock::now();
+  Rig rig(wired.name(), kGrey + "settle_frames = 2\n");
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, milliseconds(2000));
+  EXPECT_TRUE(rig.said().has("its frames come too slowly; settle_frames says 2"));
+  expect_frame(rig, 1e-3);
+}
+
 TEST(Camera, InBrightLightShorterExposuresAreTried) {
   Wired wired({.interval_s = 0.02, .delay_frames = 3});
   wired.device.set_light(255);
   Rig rig(wired.name(), kGrey + "settle_frames = 0\n");
-  EXPECT_TRUE(rig.said().has("measured"));
+  EXPECT_TRUE(rig.said().has("frames, measured"));
   for (int i = 0; i < 4; ++i) expect_frame(rig, i % 2 == 0 ? 1e-3 : 9e-3);
 }
 
@@ -164,7 +173,7 @@ TEST(Camera, WithoutAnExposureControlOnlyTheFixedOneIsTaken) {
   ASSERT_FALSE(unsaid.has_value());
   EXPECT_THAT(unsaid.error().text(), HasSubstr("fixed_exposure_ms"));
   Rig rig(wired.name(), kGrey + "fixed_exposure_ms = 5\nsettle_frames = 0\n");
-  EXPECT_TRUE(rig.said().has("measured")) << "by its gain";
+  EXPECT_TRUE(rig.said().has("frames, measured")) << "by its gain";
   EXPECT_DOUBLE_EQ(rig.capabilities().min_exposure_s, 5e-3);
   EXPECT_DOUBLE_EQ(rig.capabilities().max_exposure_s, 5e-3);
   expect_frame(rig, 5e-3);
@@ -268,7 +277,10 @@ TEST(Camera, ItIsOursAlone) {
   const auto second = wired.open(kStated);
   ASSERT_FALSE(second.has_value());
   EXPECT_EQ(second.error().code, ErrorCode::busy);
-  EXPECT_THAT(second.error().text(), HasSubstr("another program uses it"));
+  EXPECT_THAT(second.error().text(), HasSubstr("another program uses it: it failed to be ours alone"));
+  const auto beside = wired.open(kStated + "exclusive = false\n");
+  ASSERT_FALSE(beside.has_value());
+  EXPECT_EQ(beside.error().code, ErrorCode::busy);
   expect_frame(rig, 1e-3);
 }
 

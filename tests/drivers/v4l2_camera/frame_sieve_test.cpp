@@ -32,7 +32,7 @@ TEST(FrameSieve, AFrameThatMayHaveBegunBeforeTheSettingIsOld) {
   FrameSieve sieve = sieve_after(1000, 4e-3, 0);
   // Of the end of a frame: an exposure and a readout earlier it may have begun.
   EXPECT_EQ(sieve.look(frame(1, 1013)).verdict, Verdict::old);
-  EXPECT_EQ(sieve.look(frame(2, 1014)).verdict, Verdict::good);
+  EXPECT_EQ(sieve.look(frame(2, 1015)).verdict, Verdict::good);
 }
 
 TEST(FrameSieve, AStampOfTheStartMayBeOfTheEndOfTheExposure) {
@@ -49,10 +49,10 @@ TEST(FrameSieve, TheExposureBeforeMayBeTheLongerOne) {
   FrameSieve sieve = sieve_after(0, 50e-3, 0);
   sieve.set(1000 * kMs, 1e-3, 1);
   EXPECT_EQ(sieve.look(frame(1, 1059)).verdict, Verdict::old) << "50 ms and a readout before, it was not set";
-  EXPECT_EQ(sieve.look(frame(2, 1060)).verdict, Verdict::settling);
+  EXPECT_EQ(sieve.look(frame(2, 1061)).verdict, Verdict::settling);
   sieve.trigger(1070 * kMs);
   EXPECT_EQ(sieve.look(frame(3, 1080)).verdict, Verdict::old);
-  EXPECT_EQ(sieve.look(frame(4, 1081)).verdict, Verdict::good) << "now all frames are short";
+  EXPECT_EQ(sieve.look(frame(4, 1082)).verdict, Verdict::good) << "now all frames are short";
 }
 
 TEST(FrameSieve, SettlingGoesOnOverAnExposureThatWasEnded) {
@@ -80,7 +80,7 @@ TEST(FrameSieve, GapsAreCounted) {
   FrameSieve sieve = sieve_after(1000, 1e-3, 0);
   EXPECT_EQ(sieve.look(frame(0xFFFFFFFE, 1020)).lost, 0U) << "the first may have any number";
   EXPECT_EQ(sieve.look(frame(0xFFFFFFFF, 1030)).lost, 0U);
-  EXPECT_EQ(sieve.look(frame(2, 1060)).lost, 2U) << "numbers go round";
+  EXPECT_EQ(sieve.look(frame(2, 1061)).lost, 2U) << "numbers go round";
   EXPECT_EQ(sieve.look(frame(0, 1070)).lost, 0U) << "a stream that began anew is no gap";
 }
 

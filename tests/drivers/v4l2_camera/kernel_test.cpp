@@ -3,6 +3,7 @@
 // its machine.
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <cstdlib>
 #include <gmock/gmock.h>
@@ -31,20 +32,18 @@ class Knobs {
     auto opened = open_node(device());
     if (!opened) throw std::runtime_error(opened.error().text());
     node_ = std::move(*opened);
-    // Else the driver, which claims the device, has the controls alone.
-    std::uint32_t priority = V4L2_PRIORITY_RECORD;
-    EXPECT_EQ(node_->request(VIDIOC_S_PRIORITY, &priority), 0);
     controls_ = list_controls(*node_).value();
   }
-  void set(const std::string& name, std::int32_t value = 1) {
+  [[nodiscard]] int try_to_set(const std::string& name, std::int32_t value) {
     const auto found =
         std::find_if(controls_.begin(), controls_.end(), [&](const Control& c) { return c.name == name; });
-    ASSERT_NE(found, controls_.end()) << name;
+    if (found == controls_.end()) return ENOENT;
     v4l2_control wanted{};
     wanted.id = found->id;
     wanted.value = value;
-    EXPECT_EQ(node_->request(VIDIOC_S_CTRL, &wanted), 0) << name;
+    return node_->request(VIDIOC_S_CTRL, &wanted);
   }
+  void set(const std::string& name, std::int32_t value = 1) { EXPECT_EQ(try_to_set(name, value), 0) << name; }
 
  private:
   std::unique_ptr<VideoNode> node_;
@@ -53,8 +52,8 @@ class Knobs {
 
 const std::string kSettings =
     "width = 320\nheight = 180\nframe_interval_ms = 100\nfixed_exposure_ms = 20\ngain_control = "
-    "\"brightness\"\n"
-    "gain_unit = \"factor\"\ngain_counts = 64\n";
+    "\"contrast\"\n"
+    "gain_unit = \"factor\"\ngain_counts = 64\nexclusive = false\n";
 constexpr double kExposure_s = 20e-3;
 constexpr auto kPatience = std::chrono::seconds(30);
 
@@ -93,7 +92,7 @@ class KernelVivid : public testing::Test {
     for (std::size_t i = 0; i < 2; ++i) {
       for (int n = 0; n < 10; ++n) levels.at(i) = take(rig, gains.at(i));
     }
-    ASSERT_GT(levels[1] - levels[0], 0.1) << "the brightness does not show";
+    ASSERT_GT(levels[1] - levels[0], 0.1) << "the contrast does not show";
     for (int i = 0; i < frames; ++i) {
       const std::size_t which = static_cast<std::size_t>(i) % 2;
       EXPECT_NEAR(take(rig, gains.at(which)), levels.at(which), 0.005) << "frame " << i;
@@ -137,7 +136,7 @@ TEST_F(KernelVivid, AGainShowsInItsFramesAndInNoOther) {
     Knobs().set("timestamp_source", source);
     SCOPED_TRACE(source == 0 ? "stamps of the end" : "stamps of the start");
     Rig rig(device(), "pixel_format = \"GREY\"\nsettle_frames = 0\n" + kSettings);
-    EXPECT_TRUE(rig.said().has("measured")) << "the settling was not measured";
+    EXPECT_TRUE(rig.said().has("frames, measured")) << "the settling was not measured";
     expect_own_frames(rig, 16);
   }
 }
@@ -200,9 +199,9 @@ TEST_F(KernelVivid, WhatItCannotDoIsRefusedAndASecondProgramToo) {
   const auto clock = base::make_system_clock();
   Said said;
   const auto open = [&](const std::string& format) {
-    const std::string who = "device = \"" + device() + "\"\nopen_ms = 1000\n";
-    return V4l2Camera::open(settings_of(who + "pixel_format = \"" + format + "\"\n" + kSettings), *clock,
-                            said.log());
+    const std::string who = "device = \"" + device() + "\"\nopen_ms = 1000\nmeasure_settling = false\n";
+    return V4l2Camera::open(settings_of(who + "pixel_format = \"" + format + "\"\nfixed_exposure_ms = 20"),
+                            *clock, said.log());
   };
   const auto missing = open("SRGGB14");
   ASSERT_FALSE(missing.has_value());
@@ -213,6 +212,7 @@ TEST_F(KernelVivid, WhatItCannotDoIsRefusedAndASecondProgramToo) {
   const auto second = open("GREY");
   ASSERT_FALSE(second.has_value());
   EXPECT_EQ(second.error().code, ErrorCode::busy);
+  EXPECT_EQ(Knobs().try_to_set("contrast", 7), EBUSY) << "the controls are ours alone";
 }
 
 }  // namespace

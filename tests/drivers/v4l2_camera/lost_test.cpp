@@ -92,7 +92,7 @@ TEST_F(Lost, AStreamThatFallsSilentIsStartedAnew) {
 
 TEST_F(Lost, WhatWasMeasuredHoldsForTheSameCamera) {
   Rig rig(device_of(path_), "pixel_format = \"GREY\"\nsettle_frames = 0\n");
-  ASSERT_TRUE(rig.said().has("measured"));
+  ASSERT_TRUE(rig.said().has("frames, measured"));
   device_.unplug();
   device_.set_light(0);
   device_.plug();
