@@ -21,6 +21,10 @@ struct MoveAxis {
   std::size_t axis;
   double target_rad, velocity_rad_s, acceleration_rad_s2;
 };
+struct JogAxis {  ///< by so much from where it stands, homed or not
+  std::size_t axis;
+  double by_rad, velocity_rad_s, acceleration_rad_s2;
+};
 struct StopAxis {
   std::size_t axis;
 };
@@ -181,7 +185,7 @@ using Action =
                  ReplyWithFrame, SubscribeClient, UnsubscribeClient, Publish, PublishPreview, ProbeCamera,
                  ReadCameraTemperature, SaveOrder, PollDisk, SaveLease, KeepEvent, CheckSpace, SendReport,
                  TellOfJob, AskStorage, JudgeLook, RecordVisit, SendFramePiece, ReplyWithMetrics,
-                 LogStatistics>;
+                 LogStatistics, JogAxis>;
 using Actions = std::vector<Action>;
 
 }  // namespace rig::daemon

@@ -33,9 +33,9 @@ struct Rule {
   Condition condition;
   std::string_view name;
   Signal (*signal)(const Setup&, const State&, const JobEntry&);
-  double enter_s;  // so long it must be there
-  double leave_s;  // so long it must be gone
-  bool limited;    // by [suspend] limit_s
+  double enter_s;                           // so long it must be there
+  double leave_s;                           // so long it must be gone
+  double machine::SuspendConfig::*limit_s;  // how long at most
   Way way;
   base::WaitFor waits;
 };
@@ -145,20 +145,23 @@ Signal room_signal(const Setup& /*setup*/, const State& state, const JobEntry& /
 }
 
 using base::WaitFor;
+// A stop stays until a person clears it: that is its hysteresis.
+constexpr auto kLimit = &machine::SuspendConfig::limit_s;
+constexpr auto kPersonLimit = &machine::SuspendConfig::person_limit_s;
 constexpr std::array<Rule, kConditionCount> kRules{{
-    // condition, name, signal, enter_s, leave_s, limited, way, waits
-    {Condition::emergency_stop, "emergency stop", emergency_stop_signal, 0, 0, false, Way::latch,
+    // condition, name, signal, enter_s, leave_s, limit, way, waits
+    {Condition::emergency_stop, "emergency stop", emergency_stop_signal, 0, 0, kPersonLimit, Way::latch,
      WaitFor::person},
-    {Condition::stopped, "stopped", stopped_signal, 0, 0, false, Way::nothing, WaitFor::person},
-    {Condition::device_lost, "device lost", device_lost_signal, 0, 1, true, Way::at_once, WaitFor::rig},
-    {Condition::light, "light", light_signal, 0, 1, true, Way::at_once, WaitFor::rig},
-    {Condition::disk, "disk", disk_signal, 0, 0, true, Way::after_pose, WaitFor::person},
-    {Condition::temperature, "temperature", temperature_signal, 2, 10, true, Way::after_pose, WaitFor::rig},
-    {Condition::held, "held", held_signal, 0, 0, false, Way::after_pose, WaitFor::person},
-    {Condition::sample_change, "sample change", sample_change_signal, 0, 0, false, Way::after_pose,
+    {Condition::stopped, "stopped", stopped_signal, 0, 0, kPersonLimit, Way::nothing, WaitFor::person},
+    {Condition::device_lost, "device lost", device_lost_signal, 0, 1, kLimit, Way::at_once, WaitFor::rig},
+    {Condition::light, "light", light_signal, 0, 1, kLimit, Way::at_once, WaitFor::rig},
+    {Condition::disk, "disk", disk_signal, 0, 0, kLimit, Way::after_pose, WaitFor::person},
+    {Condition::temperature, "temperature", temperature_signal, 2, 10, kLimit, Way::after_pose, WaitFor::rig},
+    {Condition::held, "held", held_signal, 0, 0, kPersonLimit, Way::after_pose, WaitFor::person},
+    {Condition::sample_change, "sample change", sample_change_signal, 0, 0, kPersonLimit, Way::after_pose,
      WaitFor::person},
-    {Condition::reference, "reference", reference_signal, 0, 0, true, Way::at_once, WaitFor::rig},
-    {Condition::room_not_dark, "room not dark", room_signal, 0, 0, true, Way::at_once, WaitFor::rig},
+    {Condition::reference, "reference", reference_signal, 0, 0, kLimit, Way::at_once, WaitFor::rig},
+    {Condition::room_not_dark, "room not dark", room_signal, 0, 0, kLimit, Way::at_once, WaitFor::rig},
 }};
 
 const Rule& rule_of(Condition condition) {
@@ -177,7 +180,8 @@ bool any_on(const State& state) {
 
 void enter(const Setup& setup, State& state, Actions& actions, const Rule& rule, std::uint64_t job,
            const std::string& reason) {
-  track_of(state, rule.condition) = ConditionTrack{true, state.now, std::nullopt, reason, false};
+  const double limit_s = setup.rig.unattended.suspend.*rule.limit_s;
+  track_of(state, rule.condition) = ConditionTrack{true, state.now, std::nullopt, reason, false, limit_s};
   if (state.job) {
     state.job->suspended = true;
     if (rule.way == Way::at_once) give_back(state, actions);
@@ -187,7 +191,7 @@ void enter(const Setup& setup, State& state, Actions& actions, const Rule& rule,
   suspended.set_job(job);
   suspended.set_condition(std::string(rule.name));
   suspended.set_reason(reason);
-  if (rule.limited) suspended.set_limit_s(setup.rig.unattended.suspend.limit_s);
+  suspended.set_limit_s(limit_s);
   publish(state, actions, std::move(event));
 }
 
@@ -206,9 +210,11 @@ void leave(State& state, Actions& actions, const Rule& rule, std::uint64_t job) 
 void pass_limit(const Setup& setup, State& state, Actions& actions, const Rule& rule, std::uint64_t job) {
   ConditionTrack& track = track_of(state, rule.condition);
   track.limit_passed = true;
+  const machine::SuspendConfig& suspend = setup.rig.unattended.suspend;
   const std::string reason =
-      fmt::format("suspended for more than {:.0f} s: {}", setup.rig.unattended.suspend.limit_s, track.reason);
-  if (setup.rig.unattended.suspend.fail_at_limit) {
+      fmt::format("suspended for more than {:.0f} s: {}", suspend.*rule.limit_s, track.reason);
+  // Behind a stop the next job could not begin either.
+  if (suspend.fail_at_limit && rule.condition != Condition::stopped) {
     end_job(setup, state, actions, job, JobEntry::State::failed, reason);
     return;
   }
@@ -253,10 +259,11 @@ void watch_conditions(const Setup& setup, State& state, Actions& actions) {
     } else {
       track.turning.reset();
     }
-    if (rule.limited && track.on && !track.limit_passed &&
-        state.now - track.since >= seconds(setup.rig.unattended.suspend.limit_s)) {
+    if (track.on && !track.limit_passed &&
+        state.now - track.since >= seconds(setup.rig.unattended.suspend.*rule.limit_s)) {
       pass_limit(setup, state, actions, rule, job);
       tell = "held";
+      changed = true;
     }
   }
   if (state.job) {
@@ -294,12 +301,6 @@ const JobEntry* active_job(const State& state) {
     if (state.job ? job.id == state.job->id : job.state == JobEntry::State::active) return &job;
   }
   return nullptr;
-}
-
-double bytes_left_to_write(const Setup& setup, const State& state) {
-  if (!state.job || !state.job->config) return 0;
-  const auto poses = state.job->rows.size() + (state.job->current ? 1U : 0U) + (state.job->storing ? 1U : 0U);
-  return static_cast<double>(poses) * bytes_of_pose(setup, *state.job->config);
 }
 
 }  // namespace rig::daemon

@@ -66,27 +66,40 @@ void add_suspension_event(protocol::Report& report, const protocol::Event& event
   report.set_suspended_s(report.suspended_s() + event.job_released().suspended_s());
 }
 
-// The drift of the light: each visit's patches relative to those of the first good one.
-void add_visits(protocol::Report& report, const std::vector<scan::VisitRecord>& visits) {
-  const auto patches_of = [](const scan::VisitRecord& visit) -> const std::vector<double>* {
+// The drift of the light: what each visit's looks of that name show relative to those of the first good one.
+class Drift {
+ public:
+  explicit Drift(std::string look) : look_(std::move(look)) {}
+
+  // 0: not known.
+  double of(const scan::VisitRecord& visit) {
+    const std::vector<double>* now = nullptr;
     for (const scan::LookRecord& look : visit.looks) {
-      if (look.name == "patches") return &look.means_dn;
+      if (look.name == look_) now = &look.means_dn;
     }
-    return nullptr;
-  };
-  const std::vector<double>* first = nullptr;
+    if (first_ == nullptr && visit.good) first_ = now;
+    if (first_ == nullptr || now == nullptr || now->size() != first_->size() || now->empty()) return 0;
+    double sum = 0;
+    for (std::size_t i = 0; i < now->size(); ++i) sum += (*now)[i] / (*first_)[i];
+    return sum / static_cast<double>(now->size());
+  }
+
+ private:
+  const std::string look_;
+  const std::vector<double>* first_ = nullptr;
+};
+
+void add_visits(protocol::Report& report, const std::vector<scan::VisitRecord>& visits) {
+  Drift patches("patches");
+  Drift flat("flat");
   for (const scan::VisitRecord& visit : visits) {
     auto& told = *report.add_visits();
     told.set_visit(visit.number);
     told.set_time_us(microseconds(visit.when));
     told.set_good(visit.good);
     told.set_what(visit.what);
-    const std::vector<double>* now = patches_of(visit);
-    if (first == nullptr && visit.good) first = now;
-    if (first == nullptr || now == nullptr || now->size() != first->size() || now->empty()) continue;
-    double sum = 0;
-    for (std::size_t i = 0; i < now->size(); ++i) sum += (*now)[i] / (*first)[i];
-    told.set_level(sum / static_cast<double>(now->size()));
+    told.set_level(patches.of(visit));
+    told.set_flat_level(flat.of(visit));
   }
 }
 

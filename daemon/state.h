@@ -52,9 +52,10 @@ struct AxisTrack {
   double target_rad = 0;
 };
 
-/// A movement under way: axes homing one after the other, or axes moving together to their targets.
+/// A movement under way: axes homing one after the other, axes moving together to their targets, or one axis
+/// that is not homed moving by a little.
 struct Motion {
-  enum class Kind { homing, move };
+  enum class Kind { homing, move, jog };
   enum class Leg { detour, target, settle };
   Kind kind = Kind::move;
   Leg leg = Leg::target;
@@ -97,8 +98,10 @@ struct PendingFrame {
   std::int64_t row = -1;       ///< of the plan, or kSnapRow, kVisitRow
   int index = 0;
   double exposure_s = 0;
-  bool exposing = false;  ///< the camera took the trigger; the times below are known
-  Time exposed{};         ///< end of the exposure
+  std::optional<Time> again{};  ///< the camera was busy: it is to be triggered again then
+  Time busy_until{};            ///< a fault if it still is
+  bool exposing = false;        ///< the camera took the trigger; the times below are known
+  Time exposed{};               ///< end of the exposure
   Time fetch_at{};
   Time deadline{};
   bool fetching = false;
@@ -214,6 +217,7 @@ struct State {
   std::optional<PendingFrame> frame;
   std::optional<std::uint64_t> last_frame;  ///< the camera's own number of the frame that came last
   int frames_refused = 0;                   ///< one after the other
+  Time camera_free{};  ///< when the latest exposure, aborted or not, and its readout must be over
   std::optional<Snap> snap;
   std::vector<JobEntry> jobs;
   std::optional<ActiveJob> job;

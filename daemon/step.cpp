@@ -41,16 +41,19 @@ struct Handler {
 
   void operator()(const AxisPolled& event) const {
     state.lost.erase(fmt::format("axis {}", machine::kAxisNames[event.axis]));
-    const auto end = on_axis_polled(setup, state, actions, event);
-    if (!end) return;
-    if (end->asker) {
-      const bool arrived = end->failure.empty();
-      actions.push_back(
-          SendReply{end->asker->client,
-                    make_reply(end->asker->id, arrived ? protocol::DONE : protocol::FAILED, end->failure)});
-    } else {
-      on_job_motion_end(setup, state, actions, *end);
-    }
+    if (const auto end = on_axis_polled(setup, state, actions, event)) tell_end(*end);
+  }
+
+  void operator()(const JogRefused& event) const {
+    if (const auto end = on_jog_refused(state, event)) tell_end(*end);
+  }
+
+  void tell_end(const MotionEnd& end) const {
+    if (!end.asker) return on_job_motion_end(setup, state, actions, end);
+    const auto outcome = end.refused           ? protocol::REFUSED
+                         : end.failure.empty() ? protocol::DONE
+                                               : protocol::FAILED;
+    actions.push_back(SendReply{end.asker->client, make_reply(end.asker->id, outcome, end.failure)});
   }
 
   void operator()(const LightPolled& event) const {
@@ -102,6 +105,14 @@ struct Handler {
   }
 
   void operator()(const CameraTriggered& event) const { on_camera_triggered(setup, state, event); }
+
+  void operator()(const CameraBusy& event) const { on_camera_busy(setup, state, actions, event); }
+
+  void operator()(const FrameDamaged& event) const {
+    state.lost.erase("camera");
+    if (!state.frame || state.frame->exposure != event.exposure) return;  // of something that was stopped
+    refuse_frame(setup, state, actions, event.what);
+  }
 
   void operator()(const FrameNotReady& event) const {
     if (!state.frame || state.frame->exposure != event.exposure) return;
@@ -200,7 +211,8 @@ void look_at_disk(State& state, Actions& actions) {
 }
 
 void fetch_frame(const Setup& setup, State& state, Actions& actions) {
-  if (!state.frame) return;
+  trigger_again(setup, state, actions);
+  if (!state.frame || state.frame->again) return;
   if (state.frame->fetching || !state.frame->exposing) {
     if (state.now >= state.frame->answer_by)
       stop_everything(setup, state, actions, "the camera does not answer");
@@ -259,7 +271,9 @@ std::optional<Wake> next_wake(const State& state) {
   if (state.frame) {
     const PendingFrame& frame = *state.frame;
     if (frame.exposing && state.now < frame.exposed) consider(frame.exposed);
-    consider(frame.fetching || !frame.exposing ? frame.answer_by : frame.fetch_at);
+    consider(frame.again                         ? *frame.again
+             : frame.fetching || !frame.exposing ? frame.answer_by
+                                                 : frame.fetch_at);
   }
   if (state.job) {
     const bool suspended = state.job->suspended;

@@ -34,6 +34,10 @@ class VirtualAxis final : public drivers::Axis {
     if (auto reached = reach(); !reached) return reached;
     return machine_->move(index_, target_rad, velocity, acceleration);
   }
+  [[nodiscard]] Result<void> move_by(double delta_rad, double velocity, double acceleration) override {
+    if (auto reached = reach(); !reached) return reached;
+    return machine_->jog(index_, delta_rad, velocity, acceleration);
+  }
   [[nodiscard]] Result<void> stop() override {
     if (auto reached = reach(); !reached) return reached;
     return machine_->stop(index_);
@@ -80,7 +84,7 @@ class VirtualLines final : public drivers::DigitalIo {
   explicit VirtualLines(Shared machine) : machine_(std::move(machine)) {}
 
   [[nodiscard]] std::vector<drivers::Line> lines() const override {
-    return {{"emergency_stop", false}, {"camera_trigger", true}};
+    return {{"emergency_stop", false}, {"camera_trigger", true, false}};
   }
   [[nodiscard]] Result<std::vector<bool>> read() override {
     if (auto reached = machine_->reach("lines"); !reached) return base::pass(reached);

@@ -203,6 +203,22 @@ Result<void> Machine::home(std::size_t index) {
 Result<void> Machine::move(std::size_t index, double target_rad, double velocity, double acceleration) {
   const std::lock_guard lock(mutex_);
   catch_up();
+  return set_off(index, target_rad, velocity, acceleration);
+}
+
+Result<void> Machine::jog(std::size_t index, double by_rad, double velocity, double acceleration) {
+  const std::lock_guard lock(mutex_);
+  catch_up();
+  const AxisMemory& axis = memory_.axes[index];
+  const AxisWorld& world = world_.axes[index];
+  if (axis_moving(axis, world, now_ns()) || stalled_[index]) {
+    return fail(ErrorCode::busy, "the axis moves", kAxisNames[index]);
+  }
+  const auto here = static_cast<double>(counts_of(world, axis_position(axis, world, now_ns())));
+  return set_off(index, here * world.resolution_rad + by_rad, velocity, acceleration);
+}
+
+Result<void> Machine::set_off(std::size_t index, double target_rad, double velocity, double acceleration) {
   AxisMemory& axis = memory_.axes[index];
   const AxisWorld& world = world_.axes[index];
   if (axis.enabled == 0) return fail(ErrorCode::device, "the drive has no power", kAxisNames[index]);

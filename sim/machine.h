@@ -47,6 +47,8 @@ class Machine {
   [[nodiscard]] base::Result<void> home(std::size_t axis);
   [[nodiscard]] base::Result<void> move(std::size_t axis, double target_rad, double velocity,
                                         double acceleration);
+  /// By so much from where its counts say that it stands.
+  [[nodiscard]] base::Result<void> jog(std::size_t axis, double by_rad, double velocity, double acceleration);
   [[nodiscard]] base::Result<void> stop(std::size_t axis);
 
   [[nodiscard]] drivers::LightState light_state();
@@ -64,6 +66,9 @@ class Machine {
   [[nodiscard]] Scene scene();
 
  private:
+  /// With the lock held.
+  [[nodiscard]] base::Result<void> set_off(std::size_t axis, double target_rad, double velocity,
+                                           double acceleration);
   Machine(const World& world, base::Clock& clock, std::filesystem::path folder, StateFile file,
           Faults::Complain complain);
   [[nodiscard]] std::int64_t now_ns() const;

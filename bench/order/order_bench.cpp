@@ -19,6 +19,8 @@ using base::radians;
 using Steady = std::chrono::steady_clock;
 
 constexpr int kIterations = 1500;
+// The tour's travel time over the bound, both of the symmetrised times, without settling.
+constexpr double kMostOverBound = 1.10;
 
 // How the two directions between two stations become one time.
 enum class Symmetry {
@@ -80,6 +82,11 @@ base::Result<void> run(const machine::RigConfig& rig, double apart_deg) {
       "  both directions' mean times   %.4f with settling, %.4f without\n",
       apart_deg, choice->poses.size(), tour.travel_s, took_s, tour.travel_s / (bound_s + all_settle_s),
       travel_s / bound_s, (mean_s + all_settle_s) / (mean_bound_s + all_settle_s), mean_s / mean_bound_s);
+  if (mean_s > kMostOverBound * mean_bound_s) {
+    return base::fail(
+        base::ErrorCode::bad_input,
+        fmt::format("the tour at {} deg is more than {} times the bound", apart_deg, kMostOverBound));
+  }
   return {};
 }
 

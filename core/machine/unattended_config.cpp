@@ -18,6 +18,7 @@ SuspendConfig read_suspend(const base::ConfigTable& table) {
       kBytesPerMb * table.number_or("disk_margin_mb", suspend.disk_margin_bytes / kBytesPerMb, {0, 1e9});
   if (table.has("max_temperature_c")) suspend.max_temperature_c = table.number("max_temperature_c", {0, 200});
   suspend.limit_s = table.number_or("limit_s", suspend.limit_s, {1, 1e7});
+  suspend.person_limit_s = table.number_or("person_limit_s", suspend.person_limit_s, {1, 1e7});
   suspend.fail_at_limit = table.choice_or("at_limit", "hold", {"hold", "fail"}) == "fail";
   return suspend;
 }

@@ -16,7 +16,8 @@ struct SuspendConfig {
   double light_band = 0.05;                 ///< farthest that the light's level may be from 1
   double disk_margin_bytes = 500e6;         ///< to stay free beyond what the rest of the job needs
   std::optional<double> max_temperature_c;  ///< of any device that tells its temperature
-  double limit_s = 7200;                    ///< longest suspension by a condition, rig time
+  double limit_s = 7200;                    ///< longest wait for the rig, by one condition, rig time
+  double person_limit_s = 43200;            ///< longest wait for a person: a stop, a hold, a change of sample
   bool fail_at_limit = false;               ///< then the job fails; else it is held for an operator
 };
 

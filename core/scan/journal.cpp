@@ -72,18 +72,6 @@ PoseRecord pose_at(const Statement& s) {
           std::nullopt};
 }
 
-// Every row of a prepared query through `each`.
-template <typename Each>
-Result<void> for_each(Result<Statement>& statement, Each&& each) {
-  if (!statement) return pass(statement);
-  while (true) {
-    auto row = statement->step();
-    if (!row) return pass(row);
-    if (!*row) return {};
-    each(*statement);
-  }
-}
-
 Result<void> insert_events(const Database& database, const std::vector<EventRecord>& events) {
   if (events.empty()) return {};
   auto insert = database.prepare("INSERT OR REPLACE INTO events VALUES(?, ?, ?, ?)");
@@ -102,7 +90,7 @@ Result<std::vector<FrameRecord>> frames_of(const Database& database, std::int64_
       "ORDER BY idx");
   if (query) query->bind(1, row);
   std::vector<FrameRecord> frames;
-  auto done = for_each(query, [&frames](const Statement& s) {
+  auto done = for_each(std::move(query), [&frames](const Statement& s) {
     frames.push_back({static_cast<int>(s.integer(0)), s.text(1), s.number(2), s.number(3), s.number(4),
                       time_from(s.integer(5)), s.text(6)});
   });
@@ -118,7 +106,7 @@ Result<void> add_shortfalls(const Database& database, std::vector<PoseRecord>& p
   if (!exists) return pass(exists);
   if (!*exists) return {};
   auto query = database.prepare("SELECT row, share FROM shortfalls ORDER BY row");
-  return for_each(query, [&poses](const Statement& s) {
+  return for_each(std::move(query), [&poses](const Statement& s) {
     const auto found = std::lower_bound(poses.begin(), poses.end(), s.integer(0),
                                         [](const PoseRecord& p, std::int64_t row) { return p.row < row; });
     if (found != poses.end() && found->row == s.integer(0)) found->short_share = s.number(1);
@@ -205,7 +193,7 @@ Result<Journal> Journal::open_damaged(const std::filesystem::path& path) {
 Result<ScanProgress> Journal::progress() const {
   auto query = state_->database.prepare("SELECT count(*), sum(state = 1), sum(state = 2) FROM rows");
   ScanProgress progress;
-  auto done = for_each(query, [&](const Statement& s) {
+  auto done = for_each(std::move(query), [&](const Statement& s) {
     progress = {s.integer(0), s.integer(1), s.integer(2)};
   });
   if (!done) return pass(done);
@@ -215,7 +203,7 @@ Result<ScanProgress> Journal::progress() const {
 Result<std::vector<PlanRow>> Journal::plan() const {
   auto query = state_->database.prepare(fmt::format("SELECT {} FROM rows ORDER BY row", kRowColumns));
   std::vector<PlanRow> rows;
-  auto done = for_each(query, [&](const Statement& s) { rows.push_back(plan_row_at(s)); });
+  auto done = for_each(std::move(query), [&](const Statement& s) { rows.push_back(plan_row_at(s)); });
   if (!done) return pass(done);
   return rows;
 }
@@ -224,7 +212,7 @@ Result<std::optional<PlanRow>> Journal::plan_row(std::int64_t row) const {
   auto query = state_->database.prepare(fmt::format("SELECT {} FROM rows WHERE row = ?", kRowColumns));
   if (query) query->bind(1, row);
   std::optional<PlanRow> line;
-  auto done = for_each(query, [&](const Statement& s) { line = plan_row_at(s); });
+  auto done = for_each(std::move(query), [&](const Statement& s) { line = plan_row_at(s); });
   if (!done) return pass(done);
   return line;
 }
@@ -234,7 +222,7 @@ Result<std::vector<PlanRow>> Journal::pending(std::int64_t from, std::size_t lim
       fmt::format("SELECT {} FROM rows WHERE state = 0 AND row >= ? ORDER BY row LIMIT ?", kRowColumns));
   if (query) query->bind(1, from).bind(2, static_cast<std::int64_t>(limit));
   std::vector<PlanRow> rows;
-  auto done = for_each(query, [&](const Statement& s) { rows.push_back(plan_row_at(s)); });
+  auto done = for_each(std::move(query), [&](const Statement& s) { rows.push_back(plan_row_at(s)); });
   if (!done) return pass(done);
   return rows;
 }
@@ -242,7 +230,7 @@ Result<std::vector<PlanRow>> Journal::pending(std::int64_t from, std::size_t lim
 Result<std::vector<PoseRecord>> Journal::poses() const {
   auto query = state_->database.prepare(fmt::format("{} ORDER BY p.row", kSelectPoses));
   std::vector<PoseRecord> poses;
-  auto done = for_each(query, [&](const Statement& s) { poses.push_back(pose_at(s)); });
+  auto done = for_each(std::move(query), [&](const Statement& s) { poses.push_back(pose_at(s)); });
   if (!done) return pass(done);
   for (PoseRecord& pose : poses) {
     auto frames = frames_of(state_->database, pose.row);
@@ -257,7 +245,7 @@ Result<std::optional<PoseRecord>> Journal::pose(std::int64_t row) const {
   auto query = state_->database.prepare(fmt::format("{} AND p.row = ?", kSelectPoses));
   if (query) query->bind(1, row);
   std::vector<PoseRecord> found;
-  auto done = for_each(query, [&](const Statement& s) { found.push_back(pose_at(s)); });
+  auto done = for_each(std::move(query), [&](const Statement& s) { found.push_back(pose_at(s)); });
   if (!done) return pass(done);
   if (found.empty()) return std::optional<PoseRecord>();
   auto frames = frames_of(state_->database, row);
@@ -344,7 +332,7 @@ Result<std::vector<std::int64_t>> Journal::record_visit(const VisitRecord& visit
     if (retake) {
       auto query = db.prepare("SELECT row FROM poses WHERE committed_ns > ? ORDER BY row");
       if (query) query->bind(1, *good);
-      auto read = for_each(query, [&](const Statement& s) { again.push_back(s.integer(0)); });
+      auto read = for_each(std::move(query), [&](const Statement& s) { again.push_back(s.integer(0)); });
       if (!read) return read;
     }
     for (const std::int64_t row : again) {
@@ -382,7 +370,7 @@ Result<VisitsSoFar> Journal::visits_so_far() const {
   }
   auto query = state_->database.prepare("SELECT count(*) FROM poses WHERE committed_ns > ?");
   if (query) query->bind(1, ns_of(so_far.last_good));
-  auto done = for_each(query, [&](const Statement& s) { so_far.poses_since_good = s.integer(0); });
+  auto done = for_each(std::move(query), [&](const Statement& s) { so_far.poses_since_good = s.integer(0); });
   if (!done) return pass(done);
   return so_far;
 }
@@ -402,7 +390,7 @@ Result<std::vector<EventRecord>> Journal::events_after(std::uint64_t epoch, std:
     query->bind(3, static_cast<std::int64_t>(limit));
   }
   std::vector<EventRecord> events;
-  auto done = for_each(query, [&](const Statement& s) {
+  auto done = for_each(std::move(query), [&](const Statement& s) {
     events.push_back({static_cast<std::uint64_t>(s.integer(0)), static_cast<std::uint64_t>(s.integer(1)),
                       time_from(s.integer(2)), s.text(3)});
   });

@@ -82,4 +82,16 @@ class Database {
   sqlite3* handle_;
 };
 
+/// Every row of a query, which may have failed to be prepared, through `each(const Statement&)`.
+template <typename Each>
+[[nodiscard]] base::Result<void> for_each(base::Result<Statement> query, Each&& each) {
+  if (!query) return base::pass(query);
+  while (true) {
+    const auto row = query->step();
+    if (!row) return base::pass(row);
+    if (!*row) return {};
+    each(*query);
+  }
+}
+
 }  // namespace rig::scan

@@ -28,18 +28,6 @@ base::Time time_at(const Statement& statement, int column) {
   return base::Time(base::Duration(statement.integer(column)));
 }
 
-// Every row of a query through `each`.
-template <typename Each>
-Result<void> for_each(Result<Statement> query, Each&& each) {
-  if (!query) return pass(query);
-  while (true) {
-    auto row = query->step();
-    if (!row) return pass(row);
-    if (!*row) return {};
-    each(*query);
-  }
-}
-
 }  // namespace
 
 fs::path visit_folder(const fs::path& scan, std::int64_t number) {

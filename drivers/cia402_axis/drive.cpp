@@ -52,8 +52,10 @@ Result<std::string> Drive::read_bytes(Object object, Steady::time_point deadline
 void Drive::lose(const base::Error& error) {
   if (is_met_) log_(LogLevel::warning, error.text());
   is_met_ = false;
+  steps_done_ = 0;
   lost_ = error;
   lost_at_ = Steady::now();
+  is_mute_ = is_mute_ || monitor().is_overdue(lost_at_);
   monitor().expect_nothing();
 }
 
@@ -63,14 +65,17 @@ Result<void> Drive::reach(Steady::time_point deadline) {
     return heard;
   }
   if (is_met_) {
-    if (auto still = stay_acquainted(deadline); !still) return noting_loss(std::move(still));
+    if (auto still = stay_acquainted(deadline); !still) {
+      lose(still.error());
+      return still;
+    }
     if (is_met_) return {};
   } else if (lost_ && Steady::now() < lost_at_ + kTryEvery) {
-    // A sign of life makes the next try due.
+    // A sign of life from one that gave none makes the next try due.
     const auto sign = monitor().last_heartbeat();
-    if (!sign || *sign <= lost_at_) return tl::unexpected<base::Error>(*lost_);
+    if (!is_mute_ || !sign || *sign <= lost_at_) return tl::unexpected<base::Error>(*lost_);
   }
-  return noting_loss(meet(deadline));
+  return meet(deadline);
 }
 
 Result<void> Drive::stay_acquainted(Steady::time_point deadline) {
@@ -95,31 +100,62 @@ Result<void> Drive::stay_acquainted(Steady::time_point deadline) {
 }
 
 Result<void> Drive::meet(Steady::time_point deadline) {
-  const int generation = network_->generation(), boots = monitor().boots();
-  monitor().expect_nothing();
-  // A node that was told to stop answers no SDO, and who has only now come cannot know whether it was.
-  const auto nmt = monitor().nmt();
-  if (nmt ? *nmt == NmtState::stopped : lost_.has_value()) {
-    if (auto ok = network_->command(NmtCommand::start, settings_.node, deadline); !ok) return ok;
+  constexpr Result<void> (Drive::*kSteps[])(Steady::time_point) = {
+      &Drive::check_kind,          &Drive::find_pdo,
+      &Drive::set_up_quick_stop,   &Drive::set_up_heartbeat,
+      &Drive::start_and_read_mode, &Drive::require_heartbeat,
+  };
+  if (steps_done_ == 0 || network_->generation() != generation_ || monitor().boots() != boots_) {
+    steps_done_ = 0;
+    generation_ = network_->generation();
+    boots_ = monitor().boots();
+    meeting_since_ = Steady::now();
+    monitor().expect_nothing();
   }
-  if (auto ok = check_kind(deadline); !ok) return ok;
-  if (auto ok = find_pdo(deadline); !ok) return ok;
-  if (auto ok = set_up_quick_stop(deadline); !ok) return ok;
-  if (auto ok = network_->command(NmtCommand::start, settings_.node, deadline); !ok) return ok;
-  if (auto ok = set_up_heartbeat(deadline); !ok) return ok;
-  const auto mode = read<std::int8_t>(object::kModeShown, deadline);
-  if (!mode) return pass(mode);
-  mode_ = *mode;
-  // What it booted in between begins again with the next call.
-  generation_ = generation;
-  boots_ = boots;
+  while (steps_done_ < std::size(kSteps)) {
+    const auto step = kSteps[steps_done_];
+    if (auto done = (this->*step)(deadline); !done) return done;
+    ++steps_done_;
+  }
+  steps_done_ = 0;
   is_met_ = true;
   lost_.reset();
   ++acquaintance_;
+  const NetworkSettings& network = network_->settings();
+  if (network.heartbeat.count() != 0) {
+    monitor().expect_heartbeats(Steady::now(), network.heartbeat_timeout);
+  }
   return {};
 }
 
+Result<void> Drive::start_and_read_mode(Steady::time_point deadline) {
+  auto started = noting_loss(network_->command(NmtCommand::start, settings_.node, deadline));
+  if (!started) return started;
+  const auto mode = read<std::int8_t>(object::kModeShown, deadline);
+  if (!mode) return pass(mode);
+  mode_ = *mode;
+  return {};
+}
+
+// A drive whose heartbeat was missed is back with its heartbeat, not because its server answers.
+Result<void> Drive::require_heartbeat(Steady::time_point /*deadline*/) {
+  const auto heard = monitor().last_heartbeat();
+  if (!is_mute_ || (heard && *heard > meeting_since_)) {
+    is_mute_ = false;
+    return {};
+  }
+  // It may have lost its settings: it is told again.
+  if (Steady::now() > meeting_since_ + kTryEvery) steps_done_ = 0;
+  return fail(ErrorCode::lost, "its server answers, but it sends no heartbeat", where());
+}
+
 Result<void> Drive::check_kind(Steady::time_point deadline) {
+  // A node that was told to stop answers no SDO, and who has only now come cannot know whether it was.
+  const auto nmt = monitor().nmt();
+  if (nmt ? *nmt == NmtState::stopped : lost_.has_value()) {
+    auto started = noting_loss(network_->command(NmtCommand::start, settings_.node, deadline));
+    if (!started) return started;
+  }
   const auto type = read<std::uint32_t>(object::kDeviceType, deadline);
   if (!type) return pass(type);
   if ((*type & 0xFFFFU) != kProfile) {
@@ -178,7 +214,6 @@ Result<void> Drive::set_up_heartbeat(Steady::time_point deadline) {
     written.error().hint = "set heartbeat_ms = 0 for a drive that sends no heartbeat";
   }
   if (!written) return written;
-  monitor().expect_heartbeats(Steady::now(), network.heartbeat_timeout);
   return {};
 }
 

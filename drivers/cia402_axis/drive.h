@@ -83,16 +83,23 @@ class Drive {
                                                      std::size_t at_least);
   template <typename T>
   [[nodiscard]] base::Result<T> noting_loss(base::Result<T> result) {
-    if (!result && result.error().code == base::ErrorCode::lost) lose(result.error());
+    // One that has answered just now and did not come to an end within the call is slow, not gone.
+    if (!result && result.error().code == base::ErrorCode::lost &&
+        !network_->has_answered_lately(settings_.node)) {
+      lose(result.error());
+    }
     return result;
   }
   void lose(const base::Error& error);
   [[nodiscard]] base::Result<void> stay_acquainted(Steady::time_point deadline);
+  /// Goes on where the call before ran out of time: a drive that answers slowly is met in several calls.
   [[nodiscard]] base::Result<void> meet(Steady::time_point deadline);
   [[nodiscard]] base::Result<void> check_kind(Steady::time_point deadline);
   [[nodiscard]] base::Result<void> set_up_quick_stop(Steady::time_point deadline);
   [[nodiscard]] base::Result<void> set_up_heartbeat(Steady::time_point deadline);
   [[nodiscard]] base::Result<void> find_pdo(Steady::time_point deadline);
+  [[nodiscard]] base::Result<void> start_and_read_mode(Steady::time_point deadline);
+  [[nodiscard]] base::Result<void> require_heartbeat(Steady::time_point deadline);
   [[nodiscard]] base::Result<bool> map_pdo(Steady::time_point deadline);
 
   const std::shared_ptr<Network> network_;
@@ -100,6 +107,9 @@ class Drive {
   const Network::Log log_;
 
   bool is_met_ = false;
+  std::size_t steps_done_ = 0;  // of meeting it
+  Steady::time_point meeting_since_{};
+  bool is_mute_ = false;  // its heartbeat was missed
   int acquaintance_ = 0;
   int generation_ = 0, boots_ = 0;   // of the network and the node, when it was met
   std::optional<base::Error> lost_;  // why it is gone

@@ -16,6 +16,9 @@ constexpr Object kDeviceType{0x1000, 0}, kErrorRegister{0x1001, 0};
 
 constexpr Steady::time_point kDoNotWait{};
 
+constexpr const char* kTooSlow = "the call's time is over; raise call_ms if the drive is this slow";
+constexpr const char* kTooSilent = "is the drive powered, and its node number and the bit rate right?";
+
 std::vector<canid_t> answers_of(const std::vector<int>& nodes) {
   std::vector<canid_t> ids;
   for (const int node : nodes) {
@@ -169,7 +172,7 @@ Result<std::string> Network::attempt(CanBus& bus, int node, SdoTransfer transfer
                                      Steady::time_point deadline) {
   if (Steady::now() >= deadline) {
     return fail(ErrorCode::timeout, fmt::format("{}: no time was left to ask for it", text_of(object)),
-                where(node), "raise call_ms if the drive is this slow");
+                where(node), kTooSlow);
   }
   // What has come before the question cannot be its answer.
   if (auto taken = take_all(bus); !taken) return pass(taken);
@@ -178,8 +181,8 @@ Result<std::string> Network::attempt(CanBus& bus, int node, SdoTransfer transfer
   if (asked.answer_outstanding) {
     if (auto fenced = fence(bus, node, object, deadline); !fenced) return pass(fenced);
   }
-  const auto begun = Steady::now();
-  const auto end = std::min(deadline, begun + settings_.retry.answer);
+  auto begun = Steady::now();
+  auto end = std::min(deadline, begun + settings_.retry.answer);
   if (auto sent = bus.write(transfer.request(), end); !sent) return pass(sent);
   while (true) {
     const auto frame = bus.read(end);
@@ -188,8 +191,12 @@ Result<std::string> Network::attempt(CanBus& bus, int node, SdoTransfer transfer
     take(**frame);
     const auto next = transfer.hear(**frame);
     if (next) {
+      // Each segment has its own time.
+      begun = asked.last_answer = Steady::now();
+      end = std::min(deadline, begun + settings_.retry.answer);
       if (auto sent = bus.write(*next, end); !sent) return pass(sent);
     }
+    if (transfer.state() != SdoTransfer::State::waiting) asked.last_answer = Steady::now();
     switch (transfer.state()) {
       case SdoTransfer::State::waiting:
         continue;
@@ -210,7 +217,7 @@ Result<std::string> Network::attempt(CanBus& bus, int node, SdoTransfer transfer
   }
   const auto waited = std::chrono::duration_cast<std::chrono::milliseconds>(Steady::now() - begun);
   return fail(ErrorCode::timeout, fmt::format("{}: no answer within {} ms", text_of(object), waited.count()),
-              where(node), "is the drive powered, and its node number and the bit rate right?");
+              where(node), end < begun + settings_.retry.answer ? kTooSlow : kTooSilent);
 }
 
 }  // namespace rig::drivers::cia402

@@ -39,6 +39,10 @@ class Network {
 
   /// Grows when the bus was opened anew or was bus-off: what was believed of any node is void.
   [[nodiscard]] int generation() const { return bus_.times_opened() + times_bus_off_; }
+  /// Whether a node's server has answered anything within the time that a question may take.
+  [[nodiscard]] bool has_answered_lately(int node) {
+    return Steady::now() - node_at(node).last_answer < settings_.retry.longest();
+  }
   [[nodiscard]] NodeMonitor& monitor(int node) { return node_at(node).monitor; }
 
   /// Reads an object, its bytes in the order of the wire.
@@ -61,6 +65,7 @@ class Network {
   struct Node {
     explicit Node(int id) : monitor(id) {}
     NodeMonitor monitor;
+    Steady::time_point last_answer{};
     /// A question went unanswered: its answer may still come.
     bool answer_outstanding = false;
     /// The object of that question.

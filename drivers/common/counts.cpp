@@ -30,6 +30,19 @@ Result<std::int32_t> CountScale::counts(double angle_rad) const {
   return static_cast<std::int32_t>(rounded);
 }
 
+Result<std::int32_t> CountScale::distance(double by_rad) const {
+  return CountScale{counts_per_rad, 0, reversed}.counts(by_rad);
+}
+
+Result<std::int32_t> CountScale::away_from(double counts, double by_rad) const {
+  const auto by = distance(by_rad);
+  if (!by) return by;
+  const double there = std::round(counts) + *by;
+  if (std::abs(there) <= kMost) return static_cast<std::int32_t>(there);
+  return fail(ErrorCode::bad_input,
+              fmt::format("{} rad from {} counts is beyond what the device can count to", by_rad, counts));
+}
+
 Result<std::int32_t> CountScale::rate(double rad_per_s) const {
   // A rate that is a whole number of counts but for the last bits of its conversion is that number.
   constexpr double kLastBits = 1e-9;

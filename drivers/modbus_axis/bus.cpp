@@ -105,6 +105,20 @@ Result<void> Bus::write(Peer& peer, const Write& write) {
   return ask(peer, 0, true, [&](Wire& wire) { return wire.write(peer.slave, write, peer.one_word_single); });
 }
 
+Result<void> Bus::write_once(Peer& peer, const Write& write) {
+  if (peer.lost && clock_.now() < peer.ask_again) return tl::unexpected<base::Error>(*peer.lost);
+  bool sent = false;
+  return ask(peer, 0, true, [&](Wire& wire) -> Result<void> {
+    if (std::exchange(sent, true)) {
+      return fail(ErrorCode::device,
+                  fmt::format("no whole answer to a write to 0x{:04X}: whether it was done "
+                              "is open, and it is not sent twice",
+                              write.address));
+    }
+    return wire.write(peer.slave, write, peer.one_word_single);
+  });
+}
+
 Result<void> Bus::write_at_once(Peer& peer, const Write& write) {
   const auto send = [&](Wire& wire) { return wire.write(peer.slave, write, peer.one_word_single, true); };
   // The answer to a reading cannot pass for that to a writing. Of those to earlier writings it cannot be

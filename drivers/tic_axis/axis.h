@@ -26,6 +26,9 @@ class TicAxis final : public Axis {
   [[nodiscard]] base::Result<void> home() override;
   [[nodiscard]] base::Result<void> move_to(double target_rad, double velocity_rad_s,
                                            double acceleration_rad_s2) override;
+  /// A target in the Tic's own counting, which it follows also while its position is uncertain.
+  [[nodiscard]] base::Result<void> move_by(double delta_rad, double velocity_rad_s,
+                                           double acceleration_rad_s2) override;
   /// Brakes in any case; with Stop::halt a motor that turns is then halted at once. One that does not obey is
   /// de-energised.
   [[nodiscard]] base::Result<void> stop() override;
@@ -45,6 +48,10 @@ class TicAxis final : public Axis {
   [[nodiscard]] base::Result<void> halt(Link& link);
   [[nodiscard]] base::Result<void> let_go(Link& link);
   [[nodiscard]] base::Result<void> go_home(Session& session, const Variables& found);
+  /// The Tic as it is, where it can be given a target.
+  [[nodiscard]] base::Result<Variables> ready_for_target(Session& session);
+  [[nodiscard]] base::Result<void> go(Link& link, const Variables& now, std::int32_t target,
+                                      std::uint32_t speed, std::uint32_t accel);
   [[nodiscard]] base::Result<void> set_here(Session& session, const Variables& now);
   [[nodiscard]] base::Result<void> send_rates(Link& link, const Variables& now, std::uint32_t speed,
                                               std::uint32_t accel);

@@ -1,5 +1,6 @@
-# Bash completion of rig. It asks the program itself (--help), so it knows the commands and options of the version that
-# is installed, and of every program rig-NAME that `rig NAME` runs.
+# Bash completion of rig, rigd and the programs beside them, installed under the name of each. It asks the program itself
+# (--help), so it knows the commands and options of the version that is installed, and of every program rig-NAME that
+# `rig NAME` runs.
 
 _rig_words() { # the help of a command: its options, subcommands, and programs it leads to
   "$@" --help 2>/dev/null | awk '
@@ -30,4 +31,4 @@ _rig() {
   ((${#COMPREPLY[@]})) || mapfile -t COMPREPLY < <(compgen -f -- "$current")
 }
 
-complete -o filenames -F _rig rig
+complete -o filenames -F _rig rig rigd rigd-safe rig-assemble rig-calibrate rig-fit rig-import rig-plan rig-report rig-virtual-truth

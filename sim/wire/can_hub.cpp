@@ -16,6 +16,8 @@
 #include <unistd.h>
 #include <vector>
 
+#include "sim/wire/promptness.h"
+
 namespace rig::sim::wire {
 
 namespace fs = std::filesystem;
@@ -178,6 +180,7 @@ CanHub::~CanHub() {
 }
 
 void CanHub::run() {
+  answer_promptly();
   State& s = *state_;
   while (true) {
     std::vector<pollfd> watched;

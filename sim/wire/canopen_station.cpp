@@ -9,6 +9,8 @@
 #include <system_error>
 #include <unistd.h>
 
+#include "sim/wire/promptness.h"
+
 namespace rig::sim::wire {
 
 using std::chrono::milliseconds;
@@ -68,6 +70,7 @@ void CanopenStation::power_cycle(int id) {
 }
 
 void CanopenStation::run() {
+  answer_promptly();
   while (true) {
     pollfd wait{fd_, POLLIN, 0};
     (void)::poll(&wait, 1, 1);

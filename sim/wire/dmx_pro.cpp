@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "sim/wire/promptness.h"
 #include "sim/wire/pty.h"
 
 namespace rig::sim::wire {
@@ -183,6 +184,7 @@ void DmxPro::State::answer(std::uint8_t with, const Bytes& bytes) {
 }
 
 void DmxPro::State::serve() {
+  answer_promptly();
   while (!ended) {
     const std::string come = line.read(kTurn);
     const std::lock_guard lock(mutex);

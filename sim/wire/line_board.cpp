@@ -17,6 +17,8 @@
 #include <unistd.h>
 #include <utility>
 
+#include "sim/wire/promptness.h"
+
 namespace rig::sim::wire {
 
 namespace fs = std::filesystem;
@@ -216,6 +218,7 @@ std::string LineBoard::State::answer(int user, const std::string& request) {
 }
 
 void LineBoard::State::serve() {
+  answer_promptly();
   while (!ended) {
     std::vector<pollfd> waits;
     {

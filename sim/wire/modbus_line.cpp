@@ -10,6 +10,7 @@
 #include <unistd.h>
 #include <utility>
 
+#include "sim/wire/promptness.h"
 #include "sim/wire/pty.h"
 
 namespace rig::sim::wire {
@@ -98,6 +99,7 @@ class RtuLine final : public ModbusLine {
 
  private:
   void serve() {
+    answer_promptly();
     while (!ends_) {
       if (listen(milliseconds(5))) {
         // A whole frame is taken at once, without waiting out the silence that ends it.
@@ -233,6 +235,7 @@ class TcpLine final : public ModbusTcpLine {
   }
 
   void serve() {
+    answer_promptly();
     while (!ends_) {
       if (!listen(milliseconds(2))) continue;
       while (take_frame()) {

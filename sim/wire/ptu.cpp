@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <utility>
 
+#include "sim/wire/promptness.h"
+
 namespace rig::sim::wire {
 
 using std::chrono::milliseconds;
@@ -52,6 +54,7 @@ Ptu::~Ptu() {
 }
 
 void Ptu::run() {
+  answer_promptly();
   while (!quit_) {
     const std::string bytes = line_.read(milliseconds(2));
     const std::lock_guard lock(mutex_);

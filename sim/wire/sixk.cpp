@@ -6,6 +6,8 @@
 #include <fmt/format.h>
 #include <utility>
 
+#include "sim/wire/promptness.h"
+
 namespace rig::sim::wire {
 
 using std::chrono::milliseconds;
@@ -31,6 +33,7 @@ Sixk::~Sixk() {
 }
 
 void Sixk::run() {
+  answer_promptly();
   while (!quit_) {
     const std::string bytes = line_.read(milliseconds(2));
     const std::lock_guard lock(mutex_);

@@ -1,6 +1,7 @@
 // What suspends a job, what releases it, and what happens when it takes too long.
 #include "daemon/conditions.h"
 
+#include "daemon/space.h"
 #include "tests/daemon/job_fixture.h"
 
 namespace rig::daemon::testing {
@@ -191,6 +192,54 @@ TEST_F(ConditionsTest, AfterTheLimitTheJobFailsWhereTheRigSaysSo) {
   EXPECT_NE(entry().reason.find("more than 100 s"), std::string::npos) << entry().reason;
   model_->gone.clear();
   run_to_completion(2);
+}
+
+TEST_F(ConditionsTest, AStopThatNobodyClearsForLongEndsInAHold) {
+  setup_.rig.unattended.suspend.limit_s = 10;  // is not for what waits for a person
+  setup_.rig.unattended.suspend.person_limit_s = 100;
+  setup_.rig.unattended.suspend.fail_at_limit = true;  // nor is failing for a stop
+  restart();
+  run_to_third_pose();
+  model_->emergency_stop = true;
+  run_until([&] { return !model_->state().stopped.empty(); });
+  model_->emergency_stop = false;
+  run_for(90);
+  EXPECT_EQ(entry().hold, "");
+  run_until([&] { return !entry().hold.empty(); });
+  EXPECT_EQ(entry().hold, "suspended for more than 100 s: emergency stop");
+  protocol::Request clear;
+  clear.mutable_clear_stop();
+  EXPECT_EQ(ask(clear).outcome(), protocol::DONE);
+  run_for(30);
+  EXPECT_EQ(suspensions(), (Strings{"+stopped", "+held", "-stopped"}));
+  EXPECT_EQ(release(1).outcome(), protocol::DONE);
+  run_to_completion();
+}
+
+TEST_F(ConditionsTest, AHoldThatNobodyReleasesFailsWhereTheRigSaysSo) {
+  setup_.rig.unattended.suspend.person_limit_s = 100;
+  setup_.rig.unattended.suspend.fail_at_limit = true;
+  restart();
+  run_to_third_pose();
+  add_job(small_job(1), 2);
+  EXPECT_EQ(hold(1, "a look at the sample").outcome(), protocol::DONE);
+  run_until([&] { return ended(1, JobEntry::State::failed); });
+  EXPECT_EQ(entry().reason, "suspended for more than 100 s: a look at the sample");
+  run_to_completion(2);
+}
+
+TEST_F(ConditionsTest, ASampleThatNobodyChangesIsAskedForOnceMore) {
+  setup_.rig.unattended.suspend.person_limit_s = 100;
+  restart();
+  machine::JobConfig job = small_job(2);
+  job.needs_sample_change = true;
+  add_job(job);
+  run_until([&] { return !suspensions().empty(); });
+  EXPECT_EQ(occasions(), Strings{"suspended"});
+  run_for(120);
+  EXPECT_EQ(occasions(), (Strings{"suspended", "held"}));
+  EXPECT_EQ(release(1).outcome(), protocol::DONE);
+  run_to_completion();
 }
 
 TEST_F(ConditionsTest, AVanishedScanFolderFailsTheJobAndTheNextGoesOn) {

@@ -52,6 +52,12 @@ class JobTest : public ::testing::Test {
     EXPECT_GT(model_->replies().size(), before);
     return model_->replies().back();
   }
+  /// What [notify] was told, in order.
+  std::vector<std::string> occasions() {
+    std::vector<std::string> told;
+    for (const TellOfJob& tell : actions<TellOfJob>()) told.push_back(tell.occasion);
+    return told;
+  }
   const protocol::Reply& hold(std::uint64_t id, const std::string& reason) {
     protocol::Request request;
     request.mutable_hold_job()->set_job(id);

@@ -233,6 +233,43 @@ TEST_F(Fault, AFrameThatIsNoneIsRefusedAndItsPoseTakenAgain) {
   EXPECT_TRUE(frames_of(rig_.scan()) == undisturbed());
 }
 
+TEST_F(Fault, AFrameOfWhichAPartNeverCameIsTakenAgain) {
+  cause("[[fault]]\nkind = \"incomplete-frame\"\nafter = 2\ntimes = 2\n");
+  begin();
+  EXPECT_FALSE(expect_failure("a frame: camera: part of the frame never came").abandoned());
+  EXPECT_FALSE(expect_failure("a frame: camera: part of the frame never came").abandoned());
+  expect_nothing_lost();
+}
+
+TEST_F(Fault, ACameraThatNeverSendsAWholeFrameStopsTheRig) {
+  cause("[[fault]]\nkind = \"incomplete-frame\"\n");
+  begin(tiny_job(6, 2));
+  expect_stop(
+      "5 frames one after the other were no good, the last one: camera: part of the frame never came");
+  mend();
+  EXPECT_EQ(clear(), protocol::DONE);
+  finish();
+}
+
+// The pose is taken again 1 s after its frame was given up.
+TEST_F(Fault, ACameraThatIsBusyAfterAnAbortIsTriggeredAgain) {
+  cause(
+      "[[fault]]\nkind = \"dropped-frame\"\nafter = 2\ntimes = 1\n"
+      "[[fault]]\nkind = \"busy\"\nby_s = 2.5\ntimes = 1\n");
+  begin();
+  EXPECT_FALSE(expect_failure("a frame: the camera delivered none in time").abandoned());
+  expect_nothing_lost();
+}
+
+TEST_F(Fault, ACameraThatStaysBusyStopsTheRig) {
+  cause(
+      "[[fault]]\nkind = \"dropped-frame\"\nafter = 2\ntimes = 1\n"
+      "[[fault]]\nkind = \"busy\"\nby_s = 60\ntimes = 1\n");
+  begin();
+  expect_stop("the camera takes no trigger: camera: the camera is exposing");
+  EXPECT_EQ(rig_.end(SIGTERM), 0) << rig_.log();
+}
+
 TEST_F(Fault, APoseWhoseFramesAreNeverGoodIsAbandonedAndAfterFiveTheRigStops) {
   cause("[[fault]]\nkind = \"corrupt-frame\"\n");
   begin(tiny_job(6, 2));

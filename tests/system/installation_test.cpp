@@ -95,11 +95,12 @@ TEST(Installation, BringsProgramsModulesPagesAndUnits) {
        {"bin/rigd", "bin/rigd-safe", "bin/rig", "bin/rig-plan", "lib/rigd/librig_driver_virtual.so",
         "lib/systemd/system/rigd.service", "lib/sysusers.d/rigd.conf", "lib/tmpfiles.d/rigd.conf",
         "lib/udev/rules.d/60-rigd.rules", "share/rigd/network.conf", "share/rigd/virtual/rig.toml",
-        "share/bash-completion/completions/rig", "share/man/man8/rigd.8", "share/man/man8/rigd-safe.8"}) {
+        "share/man/man8/rigd.8", "share/man/man8/rigd-safe.8"}) {
     EXPECT_TRUE(fs::exists(folder / "usr" / file)) << file;
   }
   for (const auto& program : fs::directory_iterator(folder / "usr/bin")) {
     const std::string name = program.path().filename().string();
+    EXPECT_TRUE(fs::exists(folder / "usr/share/bash-completion/completions" / name)) << name;
     if (name.rfind("rigd", 0) == 0) continue;
     EXPECT_TRUE(fs::exists(folder / "usr/share/man/man1" / (name + ".1"))) << name;
   }
@@ -122,22 +123,25 @@ TEST(Manual, SaysWhatTheProgramSaysAndMore) {
 
 TEST(Completion, OffersWhatTheProgramsKnow) {
   const std::vector<std::pair<std::string, std::string>> typed_and_offered{
-      {"stat", "<status>"},
-      {"job sub", "<submit>"},
-      {"job submit --sc", "<--scan>"},
-      {"watch --", "<--until-idle>"},
-      {"pla", "<plan>"},
-      {"plan --angle", "<--angle-deg>"},
-      {"metrics --js", "<--json>"},
-      {"liv", "<live>"},
-      {"live --au", "<--auto>"},
-      {"axis se", "<setup>"},
-      {"axis setup --sc", "<--scale-deg>"}};
+      {"rig stat", "<status>"},
+      {"rig job sub", "<submit>"},
+      {"rig job submit --sc", "<--scan>"},
+      {"rig watch --", "<--until-idle>"},
+      {"rig pla", "<plan>"},
+      {"rig plan --angle", "<--angle-deg>"},
+      {"rig metrics --js", "<--json>"},
+      {"rig liv", "<live>"},
+      {"rig live --au", "<--auto>"},
+      {"rig axis se", "<setup>"},
+      {"rig axis setup --sc", "<--scale-deg>"},
+      {"rig-plan --angle", "<--angle-deg>"},
+      {"rigd --ch", "<--check>"},
+      {"rigd-safe --wi", "<--within-s>"}};
   const TemporaryFolder folder;
   const auto log = folder / "log";
   for (const auto& [typed, offered] : typed_and_offered) {
     const std::string script = fmt::format(
-        "export PATH={}/bin:$PATH; source {}/share/completion/rig.bash; COMP_WORDS=(rig {}); "
+        "export PATH={}/bin:$PATH; source {}/share/completion/rig.bash; COMP_WORDS=({}); "
         "COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); _rig; printf '<%s>' \"${{COMPREPLY[@]}}\"",
         RIG_BINARY_DIR, RIG_SOURCE_DIR, typed);
     EXPECT_EQ(shell(script, log), 0);

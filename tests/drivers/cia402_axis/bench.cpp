@@ -98,8 +98,8 @@ class Cia402Bench final : public conformance::Bench {
   [[nodiscard]] Result<std::vector<Device>> open() override {
     const auto entry = load_module("cia402_axis", {std::filesystem::path(RIG_BINARY_DIR) / "lib"});
     if (!entry) return base::pass(entry);
-    const auto settings =
-        base::ConfigTable::parse(settings_text("unix:" + (folder_ / "can").string()), "rig.toml");
+    const auto settings = base::ConfigTable::parse(
+        settings_text("unix:" + (folder_ / "can").string(), "call_ms = 1000"), "rig.toml");
     if (!settings) return base::pass(settings);
     return (*entry)->open({"drives", *settings, folder_.path(), *clock_, nullptr});
   }

@@ -40,6 +40,14 @@ TEST(Bus, AMissedHeartbeatIsLostAlthoughTheServerAnswers) {
   EXPECT_THAT(error.text(), HasSubstr("no heartbeat for more than 200 ms"));
   EXPECT_GT(std::chrono::steady_clock::now() - muted, milliseconds(140));
   EXPECT_LT(std::chrono::steady_clock::now() - muted, milliseconds(1000));
+  // Its server goes on to answer: that alone does not bring it back.
+  const auto end = std::chrono::steady_clock::now() + milliseconds(2500);
+  while (std::chrono::steady_clock::now() < end) {
+    const auto state = rig.axis().state();
+    ASSERT_FALSE(state.has_value());
+    EXPECT_EQ(state.error().code, ErrorCode::lost);
+    std::this_thread::sleep_for(milliseconds(20));
+  }
   rig.station().with(1, [](auto& node, auto) { node.mute_heartbeat(false); });
   // It kept its power and says that it is homed.
   const AxisState back = rig.wait_until([](const AxisState& s) { return s.enabled; });
@@ -202,6 +210,23 @@ TEST(Bus, NoCallOutlastsItsBound) {
   const auto begun = std::chrono::steady_clock::now();
   EXPECT_FALSE(rig.axis().move_to(0, 1, 1).has_value());
   EXPECT_LT(std::chrono::steady_clock::now() - begun, milliseconds(450));
+}
+
+TEST(Bus, ADriveThatAnswersSlowlyIsMetInSeveralCalls) {
+  auto node = quick_node(1);
+  node.answer_after = milliseconds(30);
+  TestRig rig({node});
+  rig.open("call_ms = 450");
+  int calls = 1;
+  while (true) {
+    const auto state = rig.axis().state();
+    if (state) break;
+    EXPECT_EQ(state.error().code, ErrorCode::lost);
+    EXPECT_THAT(state.error().text(), HasSubstr("call_ms"));
+    ASSERT_LT(++calls, 20);
+  }
+  EXPECT_GT(calls, 1);
+  EXPECT_THAT(take_log(), testing::Not(HasSubstr("no answer")));  // it counted as slow, not as gone
 }
 
 class NetworkOnTheBus : public testing::Test {

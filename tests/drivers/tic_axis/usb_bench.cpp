@@ -1,6 +1,8 @@
 #include "tests/drivers/tic_axis/usb_bench.h"
 
 #include <filesystem>
+#include <fmt/format.h>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <mutex>
 #include <thread>
@@ -22,10 +24,33 @@ using std::chrono::milliseconds;
 // Longer than the driver waits for any transfer.
 constexpr milliseconds kLate{400};
 
+std::string own_serial() {
+  return fmt::format("{:08}", ::getpid());
+}
+
 sim::wire::TicWorld world() {
   sim::wire::TicWorld world;
-  world.serial = fmt::format("{:08}", ::getpid());
+  world.serial = own_serial();
   return world;
+}
+
+std::string line_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  return line;
+}
+
+// Whether the kernel has met the Tic and programs can open it.
+bool is_enumerated() {
+  std::error_code gone;
+  for (const auto& entry : std::filesystem::directory_iterator("/sys/bus/usb/devices", gone)) {
+    if (line_of(entry.path() / "serial") != own_serial()) continue;
+    const std::string bus = line_of(entry.path() / "busnum"), device = line_of(entry.path() / "devnum");
+    if (bus.empty() || device.empty()) return false;
+    return std::filesystem::exists(fmt::format("/dev/bus/usb/{:0>3}/{:0>3}", bus, device));
+  }
+  return false;
 }
 
 // The Tic's plug, and the answers of the Tic on their way to the host. What the host asks of every USB device
@@ -95,6 +120,10 @@ class UsbWire final : public TicWire {
     }
     ASSERT_TRUE(plugged) << plugged.error().text();
     plug_ = std::move(*plugged);
+    // In software emulation the kernel takes its time to meet a device, and two are met one after the other.
+    constexpr int kLooks = 600;
+    for (int i = 0; i < kLooks && !is_enumerated(); ++i) std::this_thread::sleep_for(milliseconds(20));
+    ASSERT_TRUE(is_enumerated()) << "the kernel did not meet the Tic that was plugged in";
   }
 
   sim::wire::Tic& tic_;
