@@ -202,7 +202,7 @@ base::Time Session::started(const FrameFacts& facts) const {
 
 Result<Taken> Session::unpack_frame(const Filled& filled, std::span<std::uint16_t> pixels) {
   auto done = unpack(settings_.format.packing, settings_.shift_right, made_.layout, filled.bytes, pixels);
-  if (!done) return fail(ErrorCode::device, "the frame is damaged: " + done.error().what);
+  if (!done) return fail(ErrorCode::damaged, "the frame is damaged: " + done.error().what);
   Taken taken;
   taken.info.exposure_s = exposure_s_;
   taken.info.gain = gain_;
