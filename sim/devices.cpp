@@ -20,7 +20,8 @@ class VirtualAxis final : public drivers::Axis {
 
   [[nodiscard]] drivers::AxisCapabilities capabilities() const override {
     const AxisWorld& a = machine_->world().axes[index_];
-    return {a.resolution_rad, a.max_velocity_rad_s, a.max_acceleration_rad_s2, true, true};
+    return {a.resolution_rad,       a.max_velocity_rad_s, a.max_acceleration_rad_s2, true, true,
+            a.homing_velocity_rad_s};
   }
   [[nodiscard]] Result<void> enable(bool on) override {
     if (auto reached = reach(); !reached) return reached;

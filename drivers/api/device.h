@@ -24,6 +24,9 @@ struct AxisCapabilities {
   double max_acceleration_rad_s2 = 0;
   bool keeps_position_unpowered = false;  ///< an absolute encoder: homed survives a power cycle
   bool has_limit_switches = false;
+  /// The fastest that home() moves; nothing where the driver cannot tell. rigd refuses one beyond the reduced
+  /// speed.
+  std::optional<double> homing_velocity_rad_s = std::nullopt;
 };
 
 struct AxisState {

@@ -31,8 +31,12 @@ Cia402Axis::Cia402Axis(std::shared_ptr<Network> network, const DriveSettings& se
 
 AxisCapabilities Cia402Axis::capabilities() const {
   const AxisSettings& axis = settings_.axis;
-  return {axis.scale.resolution_rad(), axis.max_velocity_rad_s, axis.max_acceleration_rad_s2,
-          settings_.reference == Reference::absolute, settings_.limit_switches};
+  AxisCapabilities can{axis.scale.resolution_rad(), axis.max_velocity_rad_s, axis.max_acceleration_rad_s2,
+                       settings_.reference == Reference::absolute, settings_.limit_switches};
+  if (settings_.homing) {
+    can.homing_velocity_rad_s = std::max(settings_.homing->speed_rad_s, settings_.homing->creep_rad_s);
+  }
+  return can;
 }
 
 Result<void> Cia402Axis::enable(bool on) {

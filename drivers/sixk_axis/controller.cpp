@@ -147,6 +147,7 @@ AxisCapabilities Controller::capabilities(std::size_t index) const {
   can.max_velocity_rad_s = axis.axis.max_velocity_rad_s;
   can.max_acceleration_rad_s2 = axis.axis.max_acceleration_rad_s2;
   can.has_limit_switches = axis.hard_limits;
+  can.homing_velocity_rad_s = axis.home_velocity_rad_s;
   return can;
 }
 

@@ -105,6 +105,11 @@ auto TicAxis::with(Use&& use) -> decltype(use(std::declval<Session&>())) {
   if (!session) return pass(session);
   const Settings& settings = (*session)->settings();
   has_switches_ = settings.forward_limit_pins != 0 || settings.reverse_limit_pins != 0;
+  if (tic_.homing == Homing::forward || tic_.homing == Homing::reverse) {
+    constexpr double kPerMicrostep = 10000;
+    homing_velocity_rad_s_ = std::max(settings.homing_speed_towards, settings.homing_speed_away) /
+                             kPerMicrostep * tic_.axis.scale.resolution_rad();
+  }
   auto answer = use(**session);
   // One that is silent is spoken to further: a stop must reach it without a greeting before.
   if ((*session)->link().gone()) connection_.close();
@@ -112,8 +117,12 @@ auto TicAxis::with(Use&& use) -> decltype(use(std::declval<Session&>())) {
 }
 
 AxisCapabilities TicAxis::capabilities() const {
-  return {tic_.axis.scale.resolution_rad(), tic_.axis.max_velocity_rad_s, tic_.axis.max_acceleration_rad_s2,
-          false, has_switches_};
+  return {tic_.axis.scale.resolution_rad(),
+          tic_.axis.max_velocity_rad_s,
+          tic_.axis.max_acceleration_rad_s2,
+          false,
+          has_switches_,
+          homing_velocity_rad_s_};
 }
 
 Result<void> TicAxis::acknowledge(Link& link, const Variables& now) {

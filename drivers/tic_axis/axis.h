@@ -63,6 +63,7 @@ class TicAxis final : public Axis {
   Heartbeat heart_;
   Connection<Session> connection_;
   bool has_switches_ = false;
+  std::optional<double> homing_velocity_rad_s_;  ///< of the Tic's own homing, as its settings have it
   // What was last set going and is not known to have ended.
   std::optional<Errand> errand_;
   // Errors that occurred and are over, told until the next command.
