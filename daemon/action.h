@@ -71,7 +71,9 @@ struct SaveJob {
 struct SaveOrder {
   std::vector<std::uint64_t> jobs;  ///< all of them, as they stand in the queue
 };
-struct PollDisk {};
+struct PollDisk {
+  bool write = false;  ///< also whether it takes files
+};
 struct KeepEvent {
   scan::EventRecord event;
   std::uint64_t job = 0;  ///< in whose journal, if it is open; 0: with rigd's own state

@@ -90,7 +90,8 @@ Signal light_signal(const Setup& setup, const State& state, const JobEntry& /*jo
 }
 
 Signal disk_signal(const Setup& setup, const State& state, const JobEntry& /*job*/) {
-  if (!state.job || !state.free_bytes) return {};
+  if (state.disk_refuses) return {true, false, *state.disk_refuses};
+  if (!state.job || !state.free_bytes) return {};  // what it was stays until it is read
   const double margin = setup.rig.unattended.suspend.disk_margin_bytes;
   const double need = bytes_left_to_write(setup, state);
   const double free = *state.free_bytes;
@@ -220,7 +221,9 @@ void pass_limit(const Setup& setup, State& state, Actions& actions, const Rule& 
   }
   JobEntry* entry = find_job(state, job);
   // An operator's own hold stays as it is.
-  if (entry->hold.empty()) entry->hold = reason;
+  if (!entry->hold.empty()) return;
+  entry->hold = reason;
+  entry->hold_told = true;
 }
 
 }  // namespace
@@ -251,8 +254,11 @@ void watch_conditions(const Setup& setup, State& state, Actions& actions) {
           leave(state, actions, rule, job);
         } else {
           enter(setup, state, actions, rule, job, signal.reason);
-          // An operator who holds a job knows of it.
-          if (rule.condition != Condition::held) tell = "suspended";
+          if (rule.condition != Condition::held) {
+            tell = "suspended";
+          } else if (!active->hold_told) {
+            tell = "held";  // by a visit
+          }
         }
         changed = true;
       }
@@ -270,8 +276,8 @@ void watch_conditions(const Setup& setup, State& state, Actions& actions) {
     state.job->suspended = any_on(state);
     if (!state.job->suspended) state.job->resting = false;
   }
-  if (!changed) return;
   active = active_job(state);
+  if (!changed || active == nullptr || active->id != job) return;  // the last rule's limit may have ended it
   publish_job(state, actions, *active);
   if (!tell.empty()) actions.push_back(TellOfJob{make_job_info(state, *active), tell, false});
 }

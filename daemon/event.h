@@ -132,9 +132,11 @@ struct VisitRecorded {
 struct StorageFailed {
   std::string what;
   std::uint64_t lost_scan = 0;  ///< the job whose scan folder is no longer there; 0: something else is wrong
+  bool disk_refused = false;    ///< the system did not read or write: full, read-only, failing
 };
 struct DiskRead {
-  double free_bytes = 0;  ///< for rigd, where the open scan is
+  double free_bytes = 0;     ///< for rigd, where the open scan is
+  bool takes_files = false;  ///< that was tried, in the scan and beside rigd's own state
 };
 /// The watchdog asks whether the loop still decides; the answer is given when step() has seen it.
 struct Heartbeat {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
+#include <optional>
 
 namespace rig::daemon {
 
@@ -48,6 +49,27 @@ std::vector<protocol::Event> events_of_job(const std::vector<scan::EventRecord>&
   std::vector<protocol::Event> events;
   for (auto& [key, event] : sorted) events.push_back(std::move(event));
   return events;
+}
+
+// Every start of rigd is an epoch: those after the one in which the job began, by what it first told of it.
+void add_restarts(protocol::Report& report, const std::vector<scan::EventRecord>& records,
+                  std::uint64_t job) {
+  std::map<std::uint64_t, std::pair<std::uint64_t, std::int64_t>> first;  // epoch -> number, time
+  std::optional<std::uint64_t> began;
+  for (const scan::EventRecord& record : records) {
+    protocol::Event event;
+    if (!event.ParseFromString(record.payload) || !event.has_job_changed()) continue;
+    const protocol::JobInfo& info = event.job_changed().job();
+    if (info.job() != job) continue;
+    const std::pair told(record.number, event.time_us());
+    const auto [entry, is_new] = first.emplace(record.epoch, told);
+    if (!is_new) entry->second = std::min(entry->second, told);
+    const bool at_work = info.state() == protocol::ACTIVE || info.state() == protocol::SUSPENDED;
+    if (at_work) began = std::min(began.value_or(record.epoch), record.epoch);
+  }
+  for (const auto& [epoch, told] : first) {
+    if (began && epoch > *began) report.add_restarts_us(told.second);
+  }
 }
 
 void add_suspension_event(protocol::Report& report, const protocol::Event& event) {
@@ -145,6 +167,7 @@ protocol::Report make_report(const protocol::JobInfo& job, const std::vector<sca
     if (report.begun_us() == 0 || arrived < report.begun_us()) report.set_begun_us(arrived);
     report.set_ended_us(std::max(report.ended_us(), commits.back()));
   }
+  add_restarts(report, events, job.job());
   add_visits(report, visits);
   report.set_seconds_per_pose(median_between(std::move(commits)));
   return report;

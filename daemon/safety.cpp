@@ -5,6 +5,7 @@
 
 #include "core/machine/limits.h"
 #include "daemon/following.h"
+#include "daemon/job.h"
 #include "daemon/lamp.h"
 #include "daemon/messages.h"
 
@@ -126,13 +127,7 @@ void drop_all(const Setup& setup, State& state, Actions& actions, const std::str
 void stop_everything(const Setup& setup, State& state, Actions& actions, const std::string& reason) {
   drop_all(setup, state, actions, reason);
   if (state.job) {
-    // A pose that was complete and on its way to the journal stays there; the rest is taken again after the
-    // stop.
-    for (const auto& take : {state.job->current, state.job->storing}) {
-      if (!take || take->committing) continue;
-      actions.push_back(DiscardBracket{take->row});
-      keep_events(*take, actions);
-    }
+    discard_takes(state, actions);
     state.job.reset();
   }
   if (!state.stopped.empty()) return;

@@ -144,6 +144,7 @@ struct JobEntry {
   std::int64_t poses = 0, done = 0, abandoned = 0, retries = 0;
   std::string reason;
   std::string hold;                  ///< why it is held until an operator releases it; empty: it is not
+  bool hold_told = false;            ///< somebody knows of it; not remembered
   bool needs_sample_change = false;  ///< a person has not yet changed the sample for it
 };
 
@@ -227,6 +228,8 @@ struct State {
   std::array<ConditionTrack, kConditionCount> conditions;  ///< of the active job, by Condition
   std::map<std::string, std::string> lost;  ///< devices that do not answer for now, and what was said
   std::optional<double> free_bytes;         ///< where the active job's scan is, as last told
+  std::optional<std::string> disk_refuses;  ///< why it took no file; nothing: it takes them
+  int disk_failures = 0;                    ///< such, without a pose committed between
   Time disk_look_at{};
   Time camera_look_at{};
   std::optional<double> camera_temperature_c;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "daemon/conditions.h"
+#include "daemon/disk.h"
 #include "daemon/exposing.h"
 #include "daemon/frame_check.h"
 #include "daemon/job.h"
@@ -24,8 +25,6 @@ namespace {
 
 constexpr double kLookEvery_s = 0.5;   // at the lines, the light and resting axes
 constexpr double kCameraEvery_s = 10;  // at the camera's temperature
-constexpr double kDiskEvery_s = 30;
-constexpr double kShortDiskEvery_s = 5;
 constexpr double kFetchAgain_s = 0.005;
 constexpr double kFetchPatience = 2;  // of its deadline: a fetch may wait for other calls to the camera
 
@@ -158,22 +157,12 @@ struct Handler {
   void operator()(const JobOpened& event) const { on_job_opened(setup, state, actions, event); }
 
   // The job stays active: once its cause is mended and the stop is cleared, it goes on.
-  void operator()(const StorageFailed& event) const {
-    if (event.lost_scan != 0) {
-      // Told for every frame that was on its way.
-      const JobEntry* job = find_job(state, event.lost_scan);
-      if (job == nullptr || job->state != JobEntry::State::active) return;
-      end_job(setup, state, actions, event.lost_scan, JobEntry::State::failed, event.what);
-      return;
-    }
-    stop_everything(setup, state, actions, "the scan's disk: " + event.what);
-  }
-
+  void operator()(const StorageFailed& event) const { on_storage_failed(setup, state, actions, event); }
   void operator()(const CameraAnswered& /*event*/) const { state.lost.erase("camera"); }
   void operator()(const CameraTemperatureRead& event) const {
     state.camera_temperature_c = event.temperature_c;
   }
-  void operator()(const DiskRead& event) const { state.free_bytes = event.free_bytes; }
+  void operator()(const DiskRead& event) const { on_disk_read(state, actions, event); }
   void operator()(const ClientRevoked& event) const { on_client_revoked(state, actions, event); }
   void operator()(const Heartbeat& /*event*/) const {}  // that step() ran is the answer
   void operator()(const StatisticsDue& /*event*/) const { actions.push_back(LogStatistics{}); }
@@ -201,13 +190,6 @@ void look_around(const Setup& setup, State& state, Actions& actions) {
     // Moving ones too: they must be seen on their way.
     actions.push_back(PollAxis{i, ++state.last_poll});
   }
-}
-
-void look_at_disk(State& state, Actions& actions) {
-  if (!state.job || state.job->phase == ActiveJob::Phase::opening || state.now < state.disk_look_at) return;
-  const bool is_short = state.conditions[static_cast<std::size_t>(Condition::disk)].on;
-  state.disk_look_at = state.now + seconds(is_short ? kShortDiskEvery_s : kDiskEvery_s);
-  actions.push_back(PollDisk{});
 }
 
 void fetch_frame(const Setup& setup, State& state, Actions& actions) {

@@ -335,7 +335,7 @@ void on_visit_recorded(const Setup& setup, State& state, Actions& actions, const
   publish(state, actions, std::move(event));
   if (visit.good) {
     job.bad_visits = 0;
-    job.visits.last_good = visit.when;
+    job.visits.last_good = state.now;  // the journal's may be later, where the clock was set back
     if (!job.visits.first || find_job(state, job.id)->done == 0) job.visits.first = visit;
     return;
   }

@@ -33,6 +33,14 @@ struct Range {
   }
 };
 
+std::string restarts_text(const Report& report) {
+  if (report.restarts_us().empty()) return {};
+  std::string times;
+  for (const std::int64_t us : report.restarts_us()) times += (times.empty() ? "" : ", ") + clock_time(us);
+  return fmt::format("Restarted: rigd was started anew {} {} while the job was under way: {}\n",
+                     report.restarts_us_size(), report.restarts_us_size() == 1 ? "time" : "times", times);
+}
+
 std::string visits_text(const Report& report) {
   if (report.visits().empty()) return {};
   Range patches;
@@ -83,6 +91,7 @@ std::string report_text(const Report& report) {
                        duration_text(static_cast<double>(report.ended_us() - report.begun_us()) * 1e-6),
                        duration_text(report.seconds_per_pose()), duration_text(report.suspended_s()));
   }
+  out += restarts_text(report);
   if (!report.suspensions().empty()) out += "\nSuspensions:\n";
   for (const auto& s : report.suspensions()) {
     out +=

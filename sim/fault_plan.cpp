@@ -32,8 +32,8 @@ struct Kind {
   Range range;
 };
 
-const std::array<Kind, 17>& kinds() {
-  static const std::array<Kind, 17> all{{
+const std::array<Kind, 18>& kinds() {
+  static const std::array<Kind, 18> all{{
       {"stall", FaultKind::stall, &kAxisDevices, "share", Unit::one, 0.5, {0, 0.99}},
       {"lost-steps", FaultKind::lost_steps, &kAxisDevices, "by_deg", Unit::degrees, std::nullopt, {-90, 90}},
       {"backlash", FaultKind::backlash, &kAxisDevices, "by_deg", Unit::degrees, std::nullopt, {0, 10}},
@@ -57,6 +57,7 @@ const std::array<Kind, 17>& kinds() {
        std::nullopt,
        {-1, 1}},
       {"clock-step", FaultKind::clock_step, &kLinesDevice, "by_s", Unit::seconds, std::nullopt, {0, 1e9}},
+      {"disk-full", FaultKind::disk_full, &kLinesDevice, "by_s", Unit::seconds, 1.0, {0, 1e6}},
   }};
   return all;
 }

@@ -29,6 +29,7 @@ enum class FaultKind {
   light_drift,       ///< the light depends on the angles that were asked for
   light_excursion,   ///< the light gives more or less than its level
   clock_step,        ///< time jumps forward
+  disk_full,         ///< no file grows
 };
 
 struct Fault {

@@ -141,11 +141,20 @@ bool Machine::emergency_stop() {
   if (const auto step_s = strike(FaultKind::clock_step, "lines")) {
     clock_.not_before(clock_.now() + base::seconds(*step_s));
   }
+  fill_disk();
   if (const auto held_s = strike(FaultKind::emergency_stop, "lines")) {
     pressed_until_ns_ = now_ns() + std::llround(1e9 * *held_s);
   }
   catch_up();
   return std::exchange(press_unread_, false) || button_pressed();
+}
+
+void Machine::fill_disk() {
+  if (const auto full_s = strike(FaultKind::disk_full, "lines")) {
+    disk_full_until_ns_ = now_ns() + std::llround(1e9 * *full_s);
+    if (!disk_full_) disk_full_.emplace();
+  }
+  if (disk_full_ && now_ns() >= disk_full_until_ns_) disk_full_.reset();
 }
 
 drivers::AxisState Machine::axis_state(std::size_t index) {

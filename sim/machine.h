@@ -11,6 +11,7 @@
 #include "drivers/api/device.h"
 #include "sim/faults.h"
 #include "sim/press_watch.h"
+#include "sim/size_limit.h"
 #include "sim/state_file.h"
 #include "sim/wire_log.h"
 #include "sim/world.h"
@@ -81,6 +82,7 @@ class Machine {
   [[nodiscard]] bool button_pressed() const;
   /// Brings the memory up to the present: power cut by the button, homing that has ended.
   void catch_up();
+  void fill_disk();
   void save();
 
   std::mutex trigger_mutex_;
@@ -98,6 +100,8 @@ class Machine {
   std::array<bool, kAxes> stalled_{};  // pushes and does not move
   std::int64_t pressed_until_ns_ = 0;  // the button, by a fault
   bool lamp_failed_ = false;
+  std::optional<SizeLimit> disk_full_;
+  std::int64_t disk_full_until_ns_ = 0;
 };
 
 }  // namespace rig::sim

@@ -374,8 +374,15 @@ void RigModel::check_commit(const CommitPose& commit) {
   }
 }
 
+// Mostly of the kind that room mends.
+StorageFailed RigModel::no_room(const std::string& what) {
+  return {what, 0, disk_refuses || chance(0.8)};
+}
+
 void RigModel::to_disk(const Action& action) {
-  if (std::holds_alternative<PollDisk>(action)) return answer(DiskRead{free_bytes});
+  if (const auto* poll = std::get_if<PollDisk>(&action)) {
+    return answer(DiskRead{free_bytes, poll->write && !disk_refuses && !chance(faults.disk)});
+  }
   if (const auto* create = std::get_if<CreateJob>(&action)) {
     if (chance(faults.disk)) {
       return answer(JobCreated{create->asker, base::fail(base::ErrorCode::io, "the disk is full")});
@@ -393,7 +400,7 @@ void RigModel::to_disk(const Action& action) {
     return answer(JobCreated{create->asker, entry});
   }
   if (const auto* open = std::get_if<OpenJob>(&action)) {
-    if (chance(faults.disk)) return answer(StorageFailed{"the journal cannot be opened"});
+    if (disk_refuses || chance(faults.disk)) return answer(no_room("the journal cannot be opened"));
     open_scan_ = open->id;
     stored_.clear();
     const Scan& scan = scans_.at(open->id);
@@ -418,12 +425,12 @@ void RigModel::to_disk(const Action& action) {
   if (const auto* store = std::get_if<StoreFrame>(&action)) {
     release(store->slot);
     if (scan_folder_gone) return answer(StorageFailed{"the folder is gone", open_scan_});
-    if (chance(faults.disk)) return answer(StorageFailed{"no space left"});
+    if (disk_refuses || chance(faults.disk)) return answer(no_room("no space left"));
     stored_[{store->pose.row, store->frame.index}] = true;
     return answer(FrameStored{store->pose.row, store->frame.index, "hash", store->pose.number});
   }
   if (const auto* commit = std::get_if<CommitPose>(&action)) {
-    if (chance(faults.disk)) return answer(StorageFailed{"no space left"});
+    if (disk_refuses || chance(faults.disk)) return answer(no_room("no space left"));
     auto& row = scans_.at(open_scan_).rows.at(static_cast<std::size_t>(commit->pose.row));
     expect(row.state == scan::RowState::pending, "a pose is committed twice");
     row.state = scan::RowState::done;
@@ -447,8 +454,9 @@ void RigModel::to_disk(const Action& action) {
 
 void RigModel::judge(const JudgeLook& look) {
   release(look.slot);
-  if (chance(faults.disk)) {
-    return answer(LookJudged{look.exposure, base::fail(base::ErrorCode::io, "the frame cannot be kept")});
+  if (disk_refuses || chance(faults.disk)) return answer(no_room("the frame cannot be kept"));
+  if (chance(faults.bad_visit)) {
+    return answer(LookJudged{look.exposure, base::fail(base::ErrorCode::damaged, "it shows nothing")});
   }
   LookFinding finding;
   finding.record.name = look.name;
@@ -466,7 +474,7 @@ void RigModel::judge(const JudgeLook& look) {
 }
 
 void RigModel::record(const RecordVisit& action) {
-  if (chance(faults.disk)) return answer(StorageFailed{"no space left"});
+  if (disk_refuses || chance(faults.disk)) return answer(no_room("no space left"));
   Scan& scan = scans_.at(open_scan_);
   VisitRecorded recorded{action.visit, {}, {}, {}};
   scan.visits.next = action.visit.number + 1;

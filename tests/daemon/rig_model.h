@@ -46,6 +46,7 @@ class RigModel {
   std::optional<double> camera_temperature_c;
   std::function<void(drivers::LightState&)> on_light_read;  ///< changes what the light says of itself
   double free_bytes = 1e12;                                 ///< of the scan's disk
+  bool disk_refuses = false;                                ///< full or read-only
   bool scan_folder_gone = false;
   double patch_dn = 1000, dark_dn = 0;  ///< what a reference visit finds
   std::vector<double> flat_dn = std::vector<double>(16, 2000);
@@ -112,6 +113,7 @@ class RigModel {
   void poll(std::size_t axis, std::uint64_t number);
   void fetch(std::uint64_t exposure);
   void to_disk(const Action& action);
+  StorageFailed no_room(const std::string& what);
   void check_trigger();
   void check_commit(const CommitPose& commit);
   void replied(const protocol::ClientId& client, std::uint64_t id);
