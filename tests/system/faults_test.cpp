@@ -94,6 +94,27 @@ class Fault : public ::testing::Test {
     EXPECT_THAT(told.reason(), ContainsRegex(reason));
     told_.push_back(reason);
   }
+  protocol::Status status() {
+    protocol::Request look;
+    look.mutable_get_status();
+    return rig_.expect_done(look).status();
+  }
+  // Until every axis was read once more.
+  void wait_for_readings() {
+    const std::int64_t now_us = status().time_us();
+    while (status().time_us() < now_us + 2'000'000) {
+    }
+  }
+  protocol::Reply move_pan(double to_deg) {
+    protocol::Request request;
+    auto& axis = *request.mutable_move()->add_axes();
+    axis.set_axis("pan");
+    axis.set_angle_deg(to_deg);
+    protocol::Reply reply = rig_.ask(request);
+    // After a stop every axis has to be read first.
+    while (reply.reason().find("is not known") != std::string::npos) reply = rig_.ask(request);
+    return reply;
+  }
   [[nodiscard]] scan::ScanView view() const {
     auto scan = scan::open_scan(rig_.scan());
     EXPECT_TRUE(scan.has_value()) << scan.error().text();
@@ -183,6 +204,36 @@ TEST_F(Fault, ALimitSwitchReachedOnTheWayStopsTheRig) {
   expect_stop("axis pan ran into its low limit switch");
   mend();
   EXPECT_EQ(clear(), protocol::DONE);
+  expect_nothing_lost();
+}
+
+// The switch stays pressed after the stop: a person drives the axis out of it, and only out.
+TEST_F(Fault, AnAxisThatRanIntoItsSwitchIsDrivenOutOfIt) {
+  cause("[[fault]]\nkind = \"limit-switch\"\ndevice = \"pan\"\nside = \"low\"\nchance = 0.5\n");
+  begin(tiny_job(6, 20));
+  expect_stop("axis pan ran into its low limit switch");
+  cause("[[fault]]\nkind = \"limit-switch\"\ndevice = \"pan\"\nside = \"low\"\n");
+  protocol::Request hold;
+  hold.mutable_hold_job()->set_job(1);
+  rig_.expect_done(hold);
+  EXPECT_EQ(clear(), protocol::DONE);
+  while (!status().job().resting()) {
+  }
+  wait_for_readings();
+  const double here_deg = status().axes(2).position_deg();
+  const protocol::Reply further_in = move_pan(here_deg - 5);
+  EXPECT_EQ(further_in.outcome(), protocol::REFUSED);
+  EXPECT_THAT(further_in.reason(), ContainsRegex("axis pan stands on its low limit switch"));
+  const protocol::Reply out = move_pan(here_deg + 5);
+  EXPECT_EQ(out.outcome(), protocol::DONE) << out.reason();
+  EXPECT_NEAR(status().axes(2).position_deg(), here_deg + 5, 0.01);
+  mend();  // it is out
+  wait_for_readings();
+  const protocol::Reply back = move_pan(here_deg);
+  EXPECT_EQ(back.outcome(), protocol::DONE) << back.reason();
+  protocol::Request release;
+  release.mutable_release_job()->set_job(1);
+  rig_.expect_done(release);
   expect_nothing_lost();
 }
 
