@@ -158,6 +158,7 @@ Result<void> ModbusAxis::set_up() {
 }
 
 Result<void> ModbusAxis::enable(bool on) {
+  bus_->begin_call();
   const auto reading = read_now();
   if (!reading) return pass(reading);
   if (!on) {
@@ -173,7 +174,8 @@ Result<void> ModbusAxis::enable(bool on) {
   if (auto done = run(profile_.enable, fixed_quantities()); !done) return done;
   // A command often follows at once: the drive is given its moment here. Where it does not come to that,
   // state() says so.
-  const base::Time until = clock_.now() + std::chrono::milliseconds(profile_.motion.enable_ms);
+  const base::Duration moment = std::chrono::milliseconds(profile_.motion.enable_ms);
+  const base::Time until = clock_.now() + std::min(moment, bus_->time_to_spare());
   while (true) {
     const auto now = read_now();
     if (!now) return pass(now);
@@ -183,6 +185,7 @@ Result<void> ModbusAxis::enable(bool on) {
 }
 
 Result<void> ModbusAxis::home() {
+  bus_->begin_call();
   if (profile_.home.empty()) {
     return fail(ErrorCode::refused, "the drive's description has no homing", settings_.axis.name);
   }
@@ -197,6 +200,7 @@ Result<void> ModbusAxis::home() {
 }
 
 Result<void> ModbusAxis::move_to(double target_rad, double velocity_rad_s, double acceleration_rad_s2) {
+  bus_->begin_call();
   const AxisSettings& axis = settings_.axis;
   const auto target = axis.scale.counts(target_rad);
   if (!target) return pass(target);
@@ -231,6 +235,7 @@ Result<void> ModbusAxis::move_to(double target_rad, double velocity_rad_s, doubl
 }
 
 Result<void> ModbusAxis::stop() {
+  bus_->begin_call();
   const auto writes = fill_in_all(profile_.stop, fixed_quantities());
   if (!writes) return pass(writes);
   watch_.stop(clock_.now());
@@ -245,6 +250,7 @@ Result<void> ModbusAxis::stop() {
 }
 
 Result<AxisState> ModbusAxis::state() {
+  bus_->begin_call();
   const auto reading = read_now();
   if (!reading) return pass(reading);
   AxisState state;

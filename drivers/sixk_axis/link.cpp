@@ -179,8 +179,7 @@ Result<void> Link::await_taken(std::string_view command, Time deadline) {
 }
 
 Result<std::string> Link::ask(int axis, std::string_view name) {
-  return with_retries(retry_, [&]() -> Result<std::string> {
-    const Time deadline = answer_by();
+  return with_retries(retry_, call_ends_, path(), [&](Time deadline) -> Result<std::string> {
     if (auto ok = begin(deadline); !ok) return pass(ok);
     if (auto ok = write(axis, name); !ok) return pass(ok);
     return await_value(axis, name, deadline);
@@ -188,8 +187,7 @@ Result<std::string> Link::ask(int axis, std::string_view name) {
 }
 
 Result<double> Link::number(int axis, std::string_view name) {
-  return with_retries(retry_, [&]() -> Result<double> {
-    const Time deadline = answer_by();
+  return with_retries(retry_, call_ends_, path(), [&](Time deadline) -> Result<double> {
     if (auto ok = begin(deadline); !ok) return pass(ok);
     if (auto ok = write(axis, name); !ok) return pass(ok);
     const auto text = await_value(axis, name, deadline);
@@ -201,8 +199,7 @@ Result<double> Link::number(int axis, std::string_view name) {
 }
 
 Result<Status> Link::status(int axis) {
-  return with_retries(retry_, [&]() -> Result<Status> {
-    const Time deadline = answer_by();
+  return with_retries(retry_, call_ends_, path(), [&](Time deadline) -> Result<Status> {
     if (auto ok = begin(deadline); !ok) return pass(ok);
     if (auto ok = write(axis, "TAS"); !ok) return pass(ok);
     const auto text = await_value(axis, "TAS", deadline);
@@ -222,12 +219,12 @@ Result<void> Link::order_once(int axis, std::string_view command, Time deadline)
 }
 
 Result<void> Link::order(int axis, std::string_view command) {
-  return with_retries(retry_, [&] { return order_once(axis, command, answer_by()); });
+  return with_retries(retry_, call_ends_, path(),
+                      [&](Time deadline) { return order_once(axis, command, deadline); });
 }
 
 Result<void> Link::stop(std::string_view command, std::string_view instead) {
-  return with_retries(retry_, [&]() -> Result<void> {
-    const Time deadline = answer_by();
+  return with_retries(retry_, retry_.stop_ends(call_ends_), path(), [&](Time deadline) -> Result<void> {
     if (auto ok = write(0, command); !ok) return ok;
     // A prompt among what is still to come cannot be told from this command's.
     const bool certain = std::exchange(in_step_, false) && names_;
