@@ -5,11 +5,11 @@
 #include <cstring>
 #include <modbus.h>
 #include <poll.h>
-#include <sys/file.h>
 #include <sys/select.h>
-#include <termios.h>
 #include <thread>
 #include <unistd.h>
+
+#include "drivers/common/serial_port.h"
 
 namespace rig::drivers::modbus {
 
@@ -95,21 +95,8 @@ Result<void> Wire::set_up(Deadline call_ends) {
   }
   quiet_since_ = Steady::now();
   if (!rtu) return {};
-  if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
-    return fail(ErrorCode::busy, "another program has the serial line", settings_.where());
-  }
-  termios is{};
-  if (::tcgetattr(fd, &is) != 0) {
-    return fail(ErrorCode::io, fmt::format("this is no serial line: {}", std::strerror(errno)),
-                settings_.where());
-  }
-  termios wanted = is;
-  ::cfsetspeed(&wanted, static_cast<speed_t>(settings_.serial.baud));
-  if (::cfgetospeed(&is) != ::cfgetospeed(&wanted)) {
-    return fail(ErrorCode::bad_input, fmt::format("the line does not run at {} baud", settings_.serial.baud),
-                settings_.where());
-  }
-  return {};
+  if (auto ok = take_for_this_process(fd, settings_.where()); !ok) return ok;
+  return check_speed(fd, settings_.serial.baud, settings_.where());
 }
 
 Result<bool> Wire::clear_line(microseconds silence, Deadline give_up) {

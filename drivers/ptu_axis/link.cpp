@@ -4,6 +4,8 @@
 #include <cctype>
 #include <utility>
 
+#include "drivers/common/printable.h"
+
 namespace rig::drivers::ptu {
 
 using base::ErrorCode;
@@ -12,19 +14,6 @@ using base::pass;
 using base::Result;
 
 namespace {
-
-constexpr std::size_t kShown = 60;
-
-// Bytes of the wire in a message for people.
-std::string printable(std::string_view text) {
-  std::string out;
-  for (const char c : text.substr(0, kShown)) {
-    out += std::isprint(static_cast<unsigned char>(c)) != 0
-               ? std::string(1, c)
-               : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
-  }
-  return text.size() > kShown ? out + "..." : out;
-}
 
 bool is_resolution(std::string_view command) {
   return command == "PR" || command == "TR";

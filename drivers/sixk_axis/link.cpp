@@ -4,6 +4,8 @@
 #include <cctype>
 #include <utility>
 
+#include "drivers/common/printable.h"
+
 namespace rig::drivers::sixk {
 
 using base::ErrorCode;
@@ -14,17 +16,6 @@ using base::Result;
 namespace {
 
 constexpr const char* kRevision = "TREV";
-constexpr std::size_t kShown = 60;
-
-std::string printable(std::string_view text) {
-  std::string out;
-  for (const char c : text.substr(0, kShown)) {
-    out += std::isprint(static_cast<unsigned char>(c)) != 0
-               ? std::string(1, c)
-               : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
-  }
-  return text.size() > kShown ? out + "..." : out;
-}
 
 bool over(Link::Time deadline) {
   return std::chrono::steady_clock::now() >= deadline;
