@@ -21,6 +21,10 @@ struct MoveAxis {
   std::size_t axis;
   double target_rad, velocity_rad_s, acceleration_rad_s2;
 };
+struct JogAxis {  ///< by so much from where it stands, homed or not
+  std::size_t axis;
+  double by_rad, velocity_rad_s, acceleration_rad_s2;
+};
 struct StopAxis {
   std::size_t axis;
 };
@@ -67,7 +71,9 @@ struct SaveJob {
 struct SaveOrder {
   std::vector<std::uint64_t> jobs;  ///< all of them, as they stand in the queue
 };
-struct PollDisk {};
+struct PollDisk {
+  bool write = false;  ///< also whether it takes files
+};
 struct KeepEvent {
   scan::EventRecord event;
   std::uint64_t job = 0;  ///< in whose journal, if it is open; 0: with rigd's own state
@@ -181,7 +187,7 @@ using Action =
                  ReplyWithFrame, SubscribeClient, UnsubscribeClient, Publish, PublishPreview, ProbeCamera,
                  ReadCameraTemperature, SaveOrder, PollDisk, SaveLease, KeepEvent, CheckSpace, SendReport,
                  TellOfJob, AskStorage, JudgeLook, RecordVisit, SendFramePiece, ReplyWithMetrics,
-                 LogStatistics>;
+                 LogStatistics, JogAxis>;
 using Actions = std::vector<Action>;
 
 }  // namespace rig::daemon

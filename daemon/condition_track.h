@@ -29,6 +29,7 @@ struct ConditionTrack {
   std::optional<base::Time> turning;  ///< since when its signal says the opposite of `on`
   std::string reason;                 ///< of the last time it came on
   bool limit_passed = false;
+  double limit_s = 0;  ///< longest that it may last, rig time
 };
 
 }  // namespace rig::daemon

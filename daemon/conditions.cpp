@@ -90,7 +90,8 @@ Signal light_signal(const Setup& setup, const State& state, const JobEntry& /*jo
 }
 
 Signal disk_signal(const Setup& setup, const State& state, const JobEntry& /*job*/) {
-  if (!state.job || !state.free_bytes) return {};
+  if (state.disk_refuses) return {true, false, *state.disk_refuses};
+  if (!state.job || !state.free_bytes) return {};  // what it was stays until it is read
   const double margin = setup.rig.unattended.suspend.disk_margin_bytes;
   const double need = bytes_left_to_write(setup, state);
   const double free = *state.free_bytes;
@@ -180,7 +181,8 @@ bool any_on(const State& state) {
 
 void enter(const Setup& setup, State& state, Actions& actions, const Rule& rule, std::uint64_t job,
            const std::string& reason) {
-  track_of(state, rule.condition) = ConditionTrack{true, state.now, std::nullopt, reason, false};
+  const double limit_s = setup.rig.unattended.suspend.*rule.limit_s;
+  track_of(state, rule.condition) = ConditionTrack{true, state.now, std::nullopt, reason, false, limit_s};
   if (state.job) {
     state.job->suspended = true;
     if (rule.way == Way::at_once) give_back(state, actions);
@@ -190,7 +192,7 @@ void enter(const Setup& setup, State& state, Actions& actions, const Rule& rule,
   suspended.set_job(job);
   suspended.set_condition(std::string(rule.name));
   suspended.set_reason(reason);
-  suspended.set_limit_s(setup.rig.unattended.suspend.*rule.limit_s);
+  suspended.set_limit_s(limit_s);
   publish(state, actions, std::move(event));
 }
 
@@ -219,7 +221,9 @@ void pass_limit(const Setup& setup, State& state, Actions& actions, const Rule& 
   }
   JobEntry* entry = find_job(state, job);
   // An operator's own hold stays as it is.
-  if (entry->hold.empty()) entry->hold = reason;
+  if (!entry->hold.empty()) return;
+  entry->hold = reason;
+  entry->hold_told = true;
 }
 
 }  // namespace
@@ -250,8 +254,11 @@ void watch_conditions(const Setup& setup, State& state, Actions& actions) {
           leave(state, actions, rule, job);
         } else {
           enter(setup, state, actions, rule, job, signal.reason);
-          // An operator who holds a job knows of it.
-          if (rule.condition != Condition::held) tell = "suspended";
+          if (rule.condition != Condition::held) {
+            tell = "suspended";
+          } else if (!active->hold_told) {
+            tell = "held";  // by a visit
+          }
         }
         changed = true;
       }
@@ -269,8 +276,8 @@ void watch_conditions(const Setup& setup, State& state, Actions& actions) {
     state.job->suspended = any_on(state);
     if (!state.job->suspended) state.job->resting = false;
   }
-  if (!changed) return;
   active = active_job(state);
+  if (!changed || active == nullptr || active->id != job) return;  // the last rule's limit may have ended it
   publish_job(state, actions, *active);
   if (!tell.empty()) actions.push_back(TellOfJob{make_job_info(state, *active), tell, false});
 }
@@ -300,12 +307,6 @@ const JobEntry* active_job(const State& state) {
     if (state.job ? job.id == state.job->id : job.state == JobEntry::State::active) return &job;
   }
   return nullptr;
-}
-
-double bytes_left_to_write(const Setup& setup, const State& state) {
-  if (!state.job || !state.job->config) return 0;
-  const auto poses = state.job->rows.size() + (state.job->current ? 1U : 0U) + (state.job->storing ? 1U : 0U);
-  return static_cast<double>(poses) * bytes_of_pose(setup, *state.job->config);
 }
 
 }  // namespace rig::daemon

@@ -31,7 +31,4 @@ struct ActiveCondition {
 /// The job that rigd is at: opened, or about to be opened again after a stop. Null: none.
 [[nodiscard]] const JobEntry* active_job(const State& state);
 
-/// Bytes that the scan's disk has to have for what is left of the running job, without the margin.
-[[nodiscard]] double bytes_left_to_write(const Setup& setup, const State& state);
-
 }  // namespace rig::daemon

@@ -74,6 +74,19 @@ Result<void> check_camera(const machine::RigConfig& rig, const drivers::CameraCa
   return {};
 }
 
+// Nobody knows where an axis stands that is not homed: what moves it goes slowly.
+Result<void> check_homing(const machine::AxisConfig& axis, const drivers::AxisCapabilities& can,
+                          const std::string& part) {
+  if (!can.homing_velocity_rad_s || *can.homing_velocity_rad_s <= axis.jog_velocity_rad_s * (1 + 1e-9)) {
+    return {};
+  }
+  return fail(
+      ErrorCode::bad_input,
+      fmt::format("it homes at {:.6g} deg/s, faster than its reduced speed, jog_velocity_deg_s = {:.6g}",
+                  base::degrees(*can.homing_velocity_rad_s), base::degrees(axis.jog_velocity_rad_s)),
+      part, "let its driver home more slowly, or raise jog_velocity_deg_s");
+}
+
 void log_from_module(base::LogLevel level, std::string_view text) {
   base::log_line(level, text);
 }
@@ -129,6 +142,7 @@ Result<std::unique_ptr<OpenDevices>> open_devices(const machine::RigConfig& rig,
                       base::degrees(can.max_velocity_rad_s), base::degrees(rig.axes[i].max_velocity_rad_s)),
           part);
     }
+    if (auto ok = check_homing(rig.axes[i], can, part); !ok) return pass(ok);
   }
   auto camera =
       cast_part<drivers::Camera>(*open, modules, clock, rig.camera.device, "camera", &open->camera_worker);

@@ -35,6 +35,11 @@ struct AxisPolled {
   std::uint64_t number = 0;  ///< of the PollAxis it answers
   drivers::AxisState state;
 };
+/// The driver will not do this jog, now or ever; nothing moved.
+struct JogRefused {
+  std::size_t axis = 0;
+  std::string what;
+};
 struct LightPolled {
   std::uint64_t number = 0;  ///< of the PollLight it answers
   drivers::LightState state;
@@ -56,6 +61,16 @@ struct CameraTemperatureRead {
 /// The camera took the trigger: the exposure begins.
 struct CameraTriggered {
   std::uint64_t exposure;
+};
+/// The camera takes no trigger yet: an exposure before goes on.
+struct CameraBusy {
+  std::uint64_t exposure = 0;  ///< of the TriggerCamera it answers
+  std::string what;
+};
+/// The exposure is over, and its frame arrived damaged or incomplete.
+struct FrameDamaged {
+  std::uint64_t exposure = 0;  ///< of the FetchFrame it answers
+  std::string what;
 };
 struct FrameNotReady {
   std::uint64_t exposure = 0;  ///< of the FetchFrame it answers
@@ -117,9 +132,11 @@ struct VisitRecorded {
 struct StorageFailed {
   std::string what;
   std::uint64_t lost_scan = 0;  ///< the job whose scan folder is no longer there; 0: something else is wrong
+  bool disk_refused = false;    ///< the system did not read or write: full, read-only, failing
 };
 struct DiskRead {
-  double free_bytes = 0;  ///< for rigd, where the open scan is
+  double free_bytes = 0;     ///< for rigd, where the open scan is
+  bool takes_files = false;  ///< that was tried, in the scan and beside rigd's own state
 };
 /// The watchdog asks whether the loop still decides; the answer is given when step() has seen it.
 struct Heartbeat {
@@ -132,7 +149,7 @@ using What =
     std::variant<Tick, RequestReceived, AxisPolled, LightPolled, LinesRead, DeviceFailed, FrameNotReady,
                  FrameFetched, FrameStored, PoseCommitted, JobCreated, JobOpened, StorageFailed, EndRequested,
                  CameraAnswered, CameraTemperatureRead, DiskRead, ClientRevoked, CameraTriggered, LookJudged,
-                 VisitRecorded, Heartbeat, StatisticsDue>;
+                 VisitRecorded, Heartbeat, StatisticsDue, JogRefused, CameraBusy, FrameDamaged>;
 
 struct Event {
   Time time{};

@@ -14,6 +14,13 @@ void trigger_camera(const Setup& setup, State& state, Actions& actions, double e
 /// may have waited for its turn or for a slow camera. One of an exposure that was stopped is ignored.
 void on_camera_triggered(const Setup& setup, State& state, const CameraTriggered& event);
 
+/// The camera is still at an exposure before, one that was aborted perhaps: it is triggered again in a
+/// moment. Once that exposure and its readout must be over it is a fault, and everything stops.
+void on_camera_busy(const Setup& setup, State& state, Actions& actions, const CameraBusy& event);
+
+/// Triggers again when that is due.
+void trigger_again(const Setup& setup, State& state, Actions& actions);
+
 /// Whether the light is let in no longer: the rig may move.
 [[nodiscard]] bool is_exposed(const State& state);
 

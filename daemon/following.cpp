@@ -12,14 +12,20 @@ using base::degrees;
 
 namespace {
 
+// An axis that is not homed goes at its reduced speed.
+double sent_velocity(const Setup& setup, const State& state, std::size_t axis) {
+  const machine::AxisConfig& config = setup.rig.axes[axis];
+  return state.motion->kind == Motion::Kind::jog ? config.jog_velocity_rad_s : config.max_velocity_rad_s;
+}
+
 // The predicted position, `t_s` after the axis set out.
 double predicted(const Setup& setup, const State& state, std::size_t axis, double t_s) {
   const machine::AxisConfig& config = setup.rig.axes[axis];
   const double from = state.motion->from_rad[axis];
   const double way = state.axes[axis].target_rad - from;
   if (std::abs(way) <= config.tolerance_rad) return state.axes[axis].target_rad;
-  return from +
-         way * machine::travel_share(way, config.max_velocity_rad_s, config.max_acceleration_rad_s2, t_s);
+  return from + way * machine::travel_share(way, sent_velocity(setup, state, axis),
+                                            config.max_acceleration_rad_s2, t_s);
 }
 
 }  // namespace

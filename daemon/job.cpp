@@ -214,7 +214,8 @@ JobEntry* find_job(State& state, std::uint64_t id) {
 void advance_job(const Setup& setup, State& state, Actions& actions) {
   if (!state.stopped.empty() || state.ending) return;
   if (!state.job) {
-    if (!state.motion && !state.snap && !state.frame && !state.parking) pick_job(state, actions);
+    const bool free = !state.motion && !state.snap && !state.frame && !state.parking;
+    if (free && !state.disk_refuses) pick_job(state, actions);
     return;
   }
   ActiveJob& job = *state.job;
@@ -358,6 +359,7 @@ void on_pose_committed(const Setup& /*setup*/, State& state, Actions& actions,
   job.storing.reset();
   ++entry.done;
   ++job.committed;
+  state.disk_failures = 0;
   ++job.visits.poses_since_good;
   const double took = base::to_seconds(state.now - job.last_commit);
   job.seconds_per_pose += (job.seconds_per_pose == 0 ? 1 : kSmoothing) * (took - job.seconds_per_pose);
@@ -371,6 +373,14 @@ void on_pose_committed(const Setup& /*setup*/, State& state, Actions& actions,
   done.set_poses(entry.poses);
   if (short_share) done.set_short_share(*short_share);
   publish(state, actions, std::move(event));
+}
+
+void discard_takes(State& state, Actions& actions) {
+  for (const auto& take : {state.job->current, state.job->storing}) {
+    if (!take || take->committing) continue;
+    actions.push_back(DiscardBracket{take->row});
+    keep_events(*take, actions);
+  }
 }
 
 void give_back(State& state, Actions& actions) {
@@ -394,21 +404,22 @@ void end_job(const Setup& setup, State& state, Actions& actions, std::uint64_t i
   entry->state = how;
   entry->reason = reason;
   if (state.job && state.job->id == id) {
-    for (const auto& take : {state.job->current, state.job->storing}) {
-      if (!take || take->committing) continue;
-      actions.push_back(DiscardBracket{take->row});
-      keep_events(*take, actions);
-    }
+    discard_takes(state, actions);
     stop_own_work(state, actions);
     if (setup.light.has_shutter) actions.push_back(SetShutter{false});
     state.job.reset();
     state.parking = how == JobEntry::State::aborted && setup.rig.unattended.park_rad.has_value();
   }
-  publish_job(state, actions, *entry);
   const std::string_view occasion = how == JobEntry::State::complete  ? "complete"
                                     : how == JobEntry::State::aborted ? "aborted"
                                                                       : "failed";
-  actions.push_back(TellOfJob{make_job_info(state, *entry), std::string(occasion), true});
+  const TellOfJob tell{make_job_info(state, *entry), std::string(occasion), true};
+  // Where rigd dies between the two, the next one finds the job complete once more, and its report is
+  // written.
+  const bool first = how == JobEntry::State::complete;
+  if (first) actions.push_back(tell);
+  publish_job(state, actions, *entry);
+  if (!first) actions.push_back(tell);
 }
 
 }  // namespace rig::daemon

@@ -21,6 +21,10 @@ void on_job_frame_refused(State& state, Actions& actions, const PendingFrame& pe
 void on_frame_stored(State& state, const FrameStored& stored);
 void on_pose_committed(const Setup& setup, State& state, Actions& actions, const PoseCommitted& committed);
 
+/// Removes the frames of the pose in flight, which is no longer; one that is complete and on its way to the
+/// journal stays there.
+void discard_takes(State& state, Actions& actions);
+
 /// The pose in flight is taken again later, as if it had not begun; what is complete and on its way to the
 /// disk stays.
 void give_back(State& state, Actions& actions);

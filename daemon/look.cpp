@@ -14,6 +14,8 @@ namespace {
 
 // Of a patch's edges: nominal geometry may be off by as much as its margin.
 constexpr double kInner = 0.6;
+constexpr int kFlatParts = 4;  // in each direction
+constexpr double kMostSaturated = 0.01;
 
 bool is_in_image(const machine::RigConfig& rig, const std::vector<geometry::Vec2>& polygon) {
   for (const geometry::Vec2& corner : polygon) {
@@ -33,6 +35,50 @@ std::vector<double> patch_means(const machine::RigConfig& rig, const JudgeLook& 
                                                     kInner * patch.width_m, kInner * patch.height_m);
     if (!outline || !is_in_image(rig, *outline)) continue;  // as at every other visit: the pose is the same
     if (const auto mean = mean_above_black_dn(rig.camera, pixels, *outline)) means.push_back(*mean);
+  }
+  return means;
+}
+
+// The flat's parts, row by row: rectangles of the target, or of the whole image where it fills that.
+std::vector<std::vector<geometry::Vec2>> flat_parts(const machine::RigConfig& rig,
+                                                    const machine::FlatConfig& flat) {
+  std::vector<std::vector<geometry::Vec2>> parts;
+  constexpr double kStep = 1.0 / kFlatParts;
+  const auto width_px = static_cast<double>(rig.camera.intrinsics.width);
+  const auto height_px = static_cast<double>(rig.camera.intrinsics.height);
+  for (int row = 0; row < kFlatParts; ++row) {
+    for (int column = 0; column < kFlatParts; ++column) {
+      if (!flat.target) {
+        // Pixel centres are at whole numbers.
+        const double left = column * kStep * width_px - 0.5;
+        const double top = row * kStep * height_px - 0.5;
+        const double right = left + kStep * width_px;
+        const double bottom = top + kStep * height_px;
+        parts.push_back({{left, top}, {right, top}, {right, bottom}, {left, bottom}});
+        continue;
+      }
+      const double width_m = kInner * flat.target->width_m;
+      const double height_m = kInner * flat.target->height_m;
+      const geometry::Vec2 centre{flat.target->x_m + ((column + 0.5) * kStep - 0.5) * width_m,
+                                  flat.target->y_m + ((row + 0.5) * kStep - 0.5) * height_m};
+      if (auto outline =
+              machine::rectangle_outline(rig, flat.pose_rad, centre, kStep * width_m, kStep * height_m))
+        parts.push_back(std::move(*outline));
+    }
+  }
+  return parts;
+}
+
+Result<std::vector<double>> flat_means(const machine::RigConfig& rig, std::span<const std::uint16_t> pixels) {
+  const machine::FlatConfig& flat = *rig.unattended.reference->flat;
+  std::vector<double> means;
+  for (const auto& part : flat_parts(rig, flat)) {
+    // What is saturated looks the same whatever the light does.
+    if (saturated_share(rig.camera, pixels, part) > kMostSaturated) {
+      return base::fail(base::ErrorCode::bad_input, "the flat is saturated", {},
+                        "shorten [reference.flat] exposure_ms");
+    }
+    if (const auto mean = mean_above_black_dn(rig.camera, pixels, part)) means.push_back(*mean);
   }
   return means;
 }
@@ -59,6 +105,10 @@ Result<LookFinding> judge_reference(const machine::RigConfig& rig, const std::fi
   finding.record.sha256 = *hash;
   if (look.name == "dark") {
     if (const auto mean = mean_above_black_dn(rig.camera, pixels, {})) finding.record.means_dn = {*mean};
+  } else if (look.name == "flat") {
+    auto means = flat_means(rig, pixels);
+    if (!means) return pass(means);
+    finding.record.means_dn = std::move(*means);
   } else {
     finding.record.means_dn = patch_means(rig, look, pixels);
   }

@@ -26,6 +26,12 @@ DeviceFailed failure(const std::string& device, const base::Error& error) {
   return {device + ": " + error.text(), device, error.code == base::ErrorCode::lost};
 }
 
+// The device says no, and is as it was.
+bool is_unchanged(base::ErrorCode code) {
+  return code == base::ErrorCode::refused || code == base::ErrorCode::busy ||
+         code == base::ErrorCode::bad_input;
+}
+
 Deadline deadline(std::string what, double bound_s) {
   return {std::move(what), base::seconds(bound_s)};
 }
@@ -141,6 +147,8 @@ void Loop::fetch(const FetchFrame& action) {
           pool_.release(*slot);
           if (frame) {
             post(FrameNotReady{action.exposure});
+          } else if (frame.error().code == base::ErrorCode::damaged) {
+            post(FrameDamaged{action.exposure, frame.error().text()});
           } else {
             post(failure("camera", frame.error()));
           }
@@ -167,9 +175,16 @@ void Loop::trigger(const TriggerCamera& action) {
   devices_.camera_worker->queue(
       [this, action] {
         const bool by_line = devices_.trigger != nullptr;
-        auto ok = by_line ? devices_.camera->await_trigger(action.exposure_s, 1)
-                          : devices_.camera->trigger(action.exposure_s, 1);
-        if (!ok) {
+        base::Result<void> ok;
+        if (arm_first_) ok = devices_.camera->arm();
+        if (ok) {
+          arm_first_ = false;
+          ok = by_line ? devices_.camera->await_trigger(action.exposure_s, 1)
+                       : devices_.camera->trigger(action.exposure_s, 1);
+        }
+        if (!ok && ok.error().code == base::ErrorCode::busy) {
+          post(CameraBusy{action.exposure, ok.error().text()});
+        } else if (!ok) {
           post(failure("camera", ok.error()));
         } else if (by_line) {
           pulse(action.exposure);
@@ -214,6 +229,7 @@ protocol::Frame Loop::describe(const drivers::FrameInfo& info, double share, con
   protocol::Frame frame;
   frame.set_exposure_us(info.exposure_s * 1e6);
   frame.set_gain(info.gain);
+  frame.set_counter(info.counter);
   frame.set_saturated_share(share);
   frame.set_preview_width(static_cast<std::uint32_t>(preview.width));
   frame.set_preview_height(static_cast<std::uint32_t>(preview.height));
@@ -290,6 +306,14 @@ void Loop::carry_out(Action& action) {
               return x.move_to(a.target_rad, a.velocity_rad_s, a.acceleration_rad_s2);
             });
           },
+          [&](const JogAxis& a) {
+            to_axis(a.axis, Turn::command, [this, a](drivers::Axis& x) -> base::Result<void> {
+              auto moved = x.move_by(a.by_rad, a.velocity_rad_s, a.acceleration_rad_s2);
+              if (moved || !is_unchanged(moved.error().code)) return moved;
+              post(JogRefused{a.axis, moved.error().text()});
+              return {};
+            });
+          },
           [&](const StopAxis& a) { to_axis(a.axis, Turn::stop, [](drivers::Axis& x) { return x.stop(); }); },
           [&](const PollAxis& a) {
             to_axis(a.axis, Turn::reading, [this, a](drivers::Axis& x) -> base::Result<void> {
@@ -302,7 +326,9 @@ void Loop::carry_out(Action& action) {
           [&](const ArmCamera&) {
             devices_.camera_worker->queue(
                 [this] {
-                  if (auto ok = devices_.camera->arm(); !ok) post(failure("camera", ok.error()));
+                  auto ok = devices_.camera->arm();
+                  arm_first_ = !ok && ok.error().code == base::ErrorCode::busy;
+                  if (!ok && !arm_first_) post(failure("camera", ok.error()));
                 },
                 0, deadline("camera: to get ready", setup_.rig.deadlines.camera_s));
           },

@@ -65,6 +65,7 @@ class Loop {
   protocol::Server* server_ = nullptr;
   const std::unique_ptr<base::Clock> wall_ = base::make_system_clock();  // for leases
   protocol::FrameDoor* frames_ = nullptr;
+  bool arm_first_ = false;  // of the camera's thread: it was busy when it was to get ready
   base::Mailbox<Event> mailbox_;
   std::deque<protocol::Event> recent_;  // for late joiners
   const std::chrono::steady_clock::time_point started_ = std::chrono::steady_clock::now();

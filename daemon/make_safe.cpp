@@ -27,6 +27,10 @@ std::string axis_part(std::size_t axis) {
   return fmt::format("axis {}", machine::kAxisNames[axis]);
 }
 
+std::string outputs_part(const std::string& module) {
+  return fmt::format("outputs of '{}'", module);
+}
+
 // What the threads report to; shared with those that are left behind.
 struct Board {
   std::mutex mutex;
@@ -82,6 +86,53 @@ Result<std::string> rest_of(drivers::Axis& axis, base::Clock& clock, base::WaitS
   }
 }
 
+// Sets the outputs that have a state of rest to it, each whatever became of the one before, and reads them
+// back. Says what each is; nothing where there is no output.
+Result<std::string> rest_outputs(drivers::DigitalIo& io) {
+  const std::vector<drivers::Line> lines = io.lines();
+  const auto is_output = [](const drivers::Line& line) { return line.output; };
+  if (std::none_of(lines.begin(), lines.end(), is_output)) return std::string();
+  Result<void> outcome;
+  for (const drivers::Line& line : lines) {
+    if (!line.output || !line.at_rest) continue;
+    auto set = io.set(line.name, *line.at_rest);
+    if (!set && outcome) outcome = std::move(set);
+  }
+  if (!outcome) return pass(outcome);
+  const auto levels = io.read();
+  if (!levels) return pass(levels);
+  if (levels->size() != lines.size())
+    return fail(ErrorCode::device, fmt::format("a reading of {} lines of {}", levels->size(), lines.size()));
+  std::string told;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const drivers::Line& line = lines[i];
+    if (!line.output) continue;
+    const char* is = (*levels)[i] ? "active" : "inactive";
+    if (line.at_rest && (*levels)[i] != *line.at_rest)
+      return fail(ErrorCode::device, fmt::format("{} is still {}", line.name, is));
+    told += fmt::format("{}{} {}{}", told.empty() ? "" : ", ", line.name, is,
+                        line.at_rest ? "" : ", left as it is");
+  }
+  return told;
+}
+
+Result<std::string> outputs_at_rest(std::vector<Device>& devices) {
+  std::string told;
+  Result<std::string> outcome;
+  for (Device& device : devices) {
+    auto* io = std::get_if<std::unique_ptr<drivers::DigitalIo>>(&device.is);
+    if (io == nullptr) continue;
+    auto rest = rest_outputs(**io);
+    if (rest) {
+      told += (told.empty() || rest->empty() ? "" : ", ") + *rest;
+    } else if (outcome) {
+      outcome = std::move(rest);
+    }
+  }
+  if (!outcome) return outcome;
+  return told;
+}
+
 }  // namespace
 
 std::vector<SafePart> work_within(std::vector<SafeWork> works, std::chrono::milliseconds within) {
@@ -102,6 +153,7 @@ std::vector<SafePart> work_within(std::vector<SafeWork> works, std::chrono::mill
   std::vector<SafePart> parts;
   for (const std::string& name : names) {
     const auto found = board->told.find(name);
+    if (found != board->told.end() && found->second && found->second->empty()) continue;
     parts.push_back(
         {name, found != board->told.end()
                    ? found->second
@@ -125,7 +177,12 @@ std::vector<SafePart> make_safe(const std::shared_ptr<const machine::RigConfig>&
     const bool has_light = rig->light.device.module == module.name;
     for (const std::size_t axis : axes) work.parts.push_back(axis_part(axis));
     if (has_light) work.parts.emplace_back(kLight);
-    if (work.parts.empty()) continue;  // a camera alone harms nobody
+    const bool has_camera = rig->camera.device.module == module.name;
+    const bool has_lines = (rig->emergency_stop && rig->emergency_stop->device.module == module.name) ||
+                           (rig->camera_trigger && rig->camera_trigger->line.device.module == module.name);
+    // A camera alone harms nobody. What else a module offers is only known once it is open.
+    if (work.parts.empty() && has_camera && !has_lines) continue;
+    work.parts.push_back(outputs_part(module.name));
     work.run = [rig, clock, state_folder, &module, axes, has_light, parts = work.parts,
                 member = std::make_shared<base::ClockMember>(*clock)](const auto& tell) {
       auto devices = open_module(module, *clock, state_folder);
@@ -148,6 +205,7 @@ std::vector<SafePart> make_safe(const std::shared_ptr<const machine::RigConfig>&
         tell({kLight,
               light ? light_made_safe(**light, rig->light.safe_level) : Result<std::string>(pass(light))});
       }
+      tell({outputs_part(module.name), outputs_at_rest(*devices)});
       base::WaitSlot slot;
       for (const auto& [i, axis] : stopped) tell({axis_part(i), rest_of(*axis, *clock, slot)});
     };

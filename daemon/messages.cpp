@@ -5,6 +5,7 @@
 #include "core/base/units.h"
 #include "daemon/conditions.h"
 #include "daemon/lease.h"
+#include "daemon/space.h"
 
 namespace rig::daemon {
 
@@ -108,6 +109,8 @@ protocol::JobInfo make_job_info(const State& state, const JobEntry& job) {
       suspension.set_condition(std::string(condition_name(on.condition)));
       suspension.set_reason(on.track->reason);
       suspension.set_since_us(microseconds(on.track->since));
+      suspension.set_suspended_s(base::to_seconds(state.now - on.track->since));
+      suspension.set_limit_s(on.track->limit_s);
     }
     info.set_resting(state.job && state.job->resting);
   }
@@ -152,6 +155,7 @@ protocol::Status make_status(const Setup& setup, const State& state) {
   *status.mutable_light() = make_light_status(state.light);
   for (const auto& [device, what] : state.lost) status.add_lost_devices(what);
   if (state.free_bytes) status.set_free_bytes(static_cast<std::uint64_t>(*state.free_bytes));
+  status.set_bytes_left(static_cast<std::uint64_t>(bytes_left_to_write(setup, state)));
   *status.mutable_control() = make_control(setup, state);
   if (state.job) {
     for (const JobEntry& job : state.jobs) {

@@ -73,7 +73,7 @@ std::optional<MotionEnd> end(State& state, std::string failure) {
 std::string not_there(const Setup& setup, const State& state) {
   for (std::size_t i = 0; i < kAxisCount; ++i) {
     if (!state.motion->involved[i]) continue;
-    if (!state.axes[i].last.homed) {
+    if (state.motion->kind == Motion::Kind::move && !state.axes[i].last.homed) {
       return fmt::format("axis {} lost its reference on the way", machine::kAxisNames[i]);
     }
     const double off = state.axes[i].last.position_rad - state.motion->target_rad[i];
@@ -168,6 +168,35 @@ base::Result<void> begin_move(const Setup& setup, State& state, Actions& actions
   return {};
 }
 
+base::Result<void> begin_jog(const Setup& setup, State& state, Actions& actions, std::size_t axis,
+                             double by_rad, std::optional<Asker> asker) {
+  if (auto ok = may_jog(setup, state, axis, by_rad); !ok) return ok;
+  const machine::AxisConfig& config = setup.rig.axes[axis];
+  const drivers::AxisState& here = state.axes[axis].last;
+  Motion motion;
+  motion.kind = Motion::Kind::jog;
+  motion.involved[axis] = true;
+  motion.asker = std::move(asker);
+  motion.sent = state.now;
+  motion.sent_after_poll = state.last_poll;
+  for (std::size_t i = 0; i < kAxisCount; ++i) motion.from_rad[i] = state.axes[i].last.position_rad;
+  // In the axis' own counting, whatever that is worth.
+  motion.target_rad[axis] = state.axes[axis].target_rad = here.position_rad + by_rad;
+  state.motion = std::move(motion);
+  if (!here.enabled) actions.push_back(EnableAxis{axis});
+  actions.push_back(JogAxis{axis, by_rad, config.jog_velocity_rad_s, config.max_acceleration_rad_s2});
+  expect(state, machine::travel_time_s(by_rad, config.jog_velocity_rad_s, config.max_acceleration_rad_s2));
+  return {};
+}
+
+std::optional<MotionEnd> on_jog_refused(State& state, const JogRefused& refused) {
+  if (!state.motion || state.motion->kind != Motion::Kind::jog || !state.motion->involved[refused.axis])
+    return std::nullopt;
+  auto ended = end(state, refused.what);
+  ended->refused = true;
+  return ended;
+}
+
 std::optional<MotionEnd> on_axis_polled(const Setup& setup, State& state, Actions& actions,
                                         const AxisPolled& polled) {
   AxisTrack& track = state.axes[polled.axis];
@@ -180,7 +209,7 @@ std::optional<MotionEnd> on_axis_polled(const Setup& setup, State& state, Action
     }
     return std::nullopt;
   }
-  if (state.motion && state.motion->kind == Motion::Kind::move && state.motion->involved[polled.axis] &&
+  if (state.motion && state.motion->kind != Motion::Kind::homing && state.motion->involved[polled.axis] &&
       polled.number > state.motion->sent_after_poll) {
     if (const std::string off = off_its_way(setup, state, polled.axis, polled.state); !off.empty()) {
       stop_everything(setup, state, actions, off);

@@ -19,17 +19,26 @@ void begin_homing(const Setup& setup, State& state, Actions& actions, std::vecto
                                             const std::array<bool, kAxisCount>& involved,
                                             const JointAngles& target_rad, std::optional<Asker> asker);
 
+/// Moves one axis that is not homed by so much, at its reduced speed, after may_jog allowed it; an Error, and
+/// nothing started, where it did not.
+[[nodiscard]] base::Result<void> begin_jog(const Setup& setup, State& state, Actions& actions,
+                                           std::size_t axis, double by_rad, std::optional<Asker> asker);
+
 /// What became of a motion.
 struct MotionEnd {
   std::optional<Asker> asker;
   Motion::Kind kind = Motion::Kind::move;
-  std::string failure;  ///< empty: arrived, and proven so
+  std::string failure;   ///< empty: arrived, and proven so
+  bool refused = false;  ///< nothing was done
 };
 
 /// Takes in a reading. Returns the end of the motion if this reading ended it; stops everything on a fault
 /// and when a deadline has passed.
 [[nodiscard]] std::optional<MotionEnd> on_axis_polled(const Setup& setup, State& state, Actions& actions,
                                                       const AxisPolled& polled);
+
+/// Takes in that a driver will not do a jog: that is its end, and no fault.
+[[nodiscard]] std::optional<MotionEnd> on_jog_refused(State& state, const JogRefused& refused);
 
 /// Asks for readings when they are due; stops everything where an answer does not come.
 void poll_motion(const Setup& setup, State& state, Actions& actions);

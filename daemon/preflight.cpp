@@ -2,8 +2,12 @@
 
 #include <algorithm>
 
+#include "core/machine/exposure_bounds.h"
 #include "core/machine/limits.h"
 #include "core/machine/motion.h"
+#include "daemon/job_course.h"
+#include "daemon/lamp.h"
+#include "daemon/reference_looks.h"
 #include "daemon/space.h"
 
 namespace rig::daemon {
@@ -54,27 +58,31 @@ protocol::Preflight preflight(const Setup& setup, const State& state, const mach
       flight.add_problems("the way to the first pose: " + ok.error().text());
     }
   }
+  const JobCourse course = foresee(setup, job, start);
+  // A lamp cools down while the axes are homed.
+  const double dark_s = std::max(homing_s(setup, state), cool_down_left_s(setup, state));
+  const double warm_up_s = state.light.warm ? 0 : setup.light.warm_up_s;
+  const double duration_s = dark_s + warm_up_s + course.duration_s;
+  const double lit_s = state.light.on ? duration_s : duration_s - dark_s;
   const auto poses = static_cast<double>(job.poses.size());
-  const double bracket = bracket_s(setup, job.exposure);
-  const double readout = setup.camera.readout_s;
-  double travel = 0;
-  double between = 0;  // of the brackets of two poses
-  const JointAngles* before = &start;
-  for (const JointAngles& pose : job.poses) {
-    const double change = machine::pose_change_time_s(setup.rig, *before, pose);
-    travel += change;
-    between += setup.camera.overlaps_motion ? std::max(change, readout) : change + readout;
-    before = &pose;
-  }
-  const double warm_up = state.light.warm ? 0 : setup.light.warm_up_s;
-  const double duration = homing_s(setup, state) + warm_up + poses * bracket + between;
+  const auto frames_of_visits = course.visits * static_cast<double>(reference_looks(setup).size());
   flight.set_poses(static_cast<std::uint32_t>(job.poses.size()));
-  flight.set_frames(static_cast<std::uint32_t>(poses * most_frames(job.exposure)));
-  flight.set_travel_s(travel);
-  flight.set_exposing_s(poses * (bracket + readout));
-  flight.set_duration_s(duration);
-  flight.set_bytes_needed(static_cast<std::uint64_t>(poses * bytes_of_pose(setup, job)));
-  flight.set_lamp_hours(state.light.hours + duration / kSecondsPerHour);
+  flight.set_frames(
+      static_cast<std::uint32_t>(poses * machine::most_frames(job.exposure) + frames_of_visits));
+  flight.set_travel_s(course.travel_s);
+  flight.set_exposing_s(course.exposing_s);
+  flight.set_duration_s(duration_s);
+  flight.set_bytes_needed(
+      static_cast<std::uint64_t>(poses * bytes_of_pose(setup, job) + course.visits * bytes_of_visit(setup)));
+  flight.set_lamp_hours(state.light.hours + lit_s / kSecondsPerHour);
+  flight.set_visits(static_cast<std::uint32_t>(course.visits));
+  if (!course.unproven.empty())
+    flight.add_warnings("no reference visit can follow the last pose: " + course.unproven);
+  if (!course.unidentified.empty() && begins_at_once(state)) {
+    flight.add_warnings(
+        "the job will be held, because it cannot be checked which sample is on the carrier: " +
+        course.unidentified);
+  }
   const double life = setup.rig.unattended.lamp_life_hours;
   if (life > 0 && flight.lamp_hours() > life) {
     flight.add_problems(fmt::format(

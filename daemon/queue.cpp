@@ -31,6 +31,7 @@ Result<void> hold_job(State& state, Actions& actions, std::uint64_t id, const st
   if (!job->hold.empty())
     return fail(ErrorCode::refused, fmt::format("job {} is held already: {}", id, job->hold));
   job->hold = reason.empty() ? "held by an operator" : reason;
+  job->hold_told = true;
   publish_job(state, actions, *job);
   return {};
 }
@@ -43,6 +44,7 @@ Result<void> release_job(State& state, Actions& actions, std::uint64_t id) {
     return fail(ErrorCode::refused, fmt::format("job {} is not held", id));
   }
   job->hold.clear();
+  job->hold_told = false;
   if (state.job && state.job->id == id) state.job->lamp_asked = false;
   if (sample_changed) job->needs_sample_change = false;
   publish_job(state, actions, *job);

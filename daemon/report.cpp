@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
+#include <optional>
 
 namespace rig::daemon {
 
@@ -50,6 +51,27 @@ std::vector<protocol::Event> events_of_job(const std::vector<scan::EventRecord>&
   return events;
 }
 
+// Every start of rigd is an epoch: those after the one in which the job began, by what it first told of it.
+void add_restarts(protocol::Report& report, const std::vector<scan::EventRecord>& records,
+                  std::uint64_t job) {
+  std::map<std::uint64_t, std::pair<std::uint64_t, std::int64_t>> first;  // epoch -> number, time
+  std::optional<std::uint64_t> began;
+  for (const scan::EventRecord& record : records) {
+    protocol::Event event;
+    if (!event.ParseFromString(record.payload) || !event.has_job_changed()) continue;
+    const protocol::JobInfo& info = event.job_changed().job();
+    if (info.job() != job) continue;
+    const std::pair told(record.number, event.time_us());
+    const auto [entry, is_new] = first.emplace(record.epoch, told);
+    if (!is_new) entry->second = std::min(entry->second, told);
+    const bool at_work = info.state() == protocol::ACTIVE || info.state() == protocol::SUSPENDED;
+    if (at_work) began = std::min(began.value_or(record.epoch), record.epoch);
+  }
+  for (const auto& [epoch, told] : first) {
+    if (began && epoch > *began) report.add_restarts_us(told.second);
+  }
+}
+
 void add_suspension_event(protocol::Report& report, const protocol::Event& event) {
   if (event.has_job_suspended()) {
     auto& suspension = *report.add_suspensions();
@@ -66,27 +88,40 @@ void add_suspension_event(protocol::Report& report, const protocol::Event& event
   report.set_suspended_s(report.suspended_s() + event.job_released().suspended_s());
 }
 
-// The drift of the light: each visit's patches relative to those of the first good one.
-void add_visits(protocol::Report& report, const std::vector<scan::VisitRecord>& visits) {
-  const auto patches_of = [](const scan::VisitRecord& visit) -> const std::vector<double>* {
+// The drift of the light: what each visit's looks of that name show relative to those of the first good one.
+class Drift {
+ public:
+  explicit Drift(std::string look) : look_(std::move(look)) {}
+
+  // 0: not known.
+  double of(const scan::VisitRecord& visit) {
+    const std::vector<double>* now = nullptr;
     for (const scan::LookRecord& look : visit.looks) {
-      if (look.name == "patches") return &look.means_dn;
+      if (look.name == look_) now = &look.means_dn;
     }
-    return nullptr;
-  };
-  const std::vector<double>* first = nullptr;
+    if (first_ == nullptr && visit.good) first_ = now;
+    if (first_ == nullptr || now == nullptr || now->size() != first_->size() || now->empty()) return 0;
+    double sum = 0;
+    for (std::size_t i = 0; i < now->size(); ++i) sum += (*now)[i] / (*first_)[i];
+    return sum / static_cast<double>(now->size());
+  }
+
+ private:
+  const std::string look_;
+  const std::vector<double>* first_ = nullptr;
+};
+
+void add_visits(protocol::Report& report, const std::vector<scan::VisitRecord>& visits) {
+  Drift patches("patches");
+  Drift flat("flat");
   for (const scan::VisitRecord& visit : visits) {
     auto& told = *report.add_visits();
     told.set_visit(visit.number);
     told.set_time_us(microseconds(visit.when));
     told.set_good(visit.good);
     told.set_what(visit.what);
-    const std::vector<double>* now = patches_of(visit);
-    if (first == nullptr && visit.good) first = now;
-    if (first == nullptr || now == nullptr || now->size() != first->size() || now->empty()) continue;
-    double sum = 0;
-    for (std::size_t i = 0; i < now->size(); ++i) sum += (*now)[i] / (*first)[i];
-    told.set_level(sum / static_cast<double>(now->size()));
+    told.set_level(patches.of(visit));
+    told.set_flat_level(flat.of(visit));
   }
 }
 
@@ -132,6 +167,7 @@ protocol::Report make_report(const protocol::JobInfo& job, const std::vector<sca
     if (report.begun_us() == 0 || arrived < report.begun_us()) report.set_begun_us(arrived);
     report.set_ended_us(std::max(report.ended_us(), commits.back()));
   }
+  add_restarts(report, events, job.job());
   add_visits(report, visits);
   report.set_seconds_per_pose(median_between(std::move(commits)));
   return report;

@@ -121,6 +121,25 @@ void move(const Work& w, const protocol::Move& command) {
     w.refuse(ok.error().text());
 }
 
+void jog(const Work& w, const protocol::Jog& command) {
+  if (const auto busy = why_busy(w.state); !busy.empty()) return w.refuse(busy);
+  const auto axis = axis_named(command.axis());
+  if (!axis) return w.refuse(fmt::format("there is no axis '{}'", command.axis()));
+  const double by_rad = base::radians(command.by_deg());
+  const drivers::AxisState& here = w.state.axes[*axis].last;
+  Result<void> begun;
+  if (here.homed) {
+    std::array<bool, kAxisCount> involved{};
+    JointAngles target{};
+    involved[*axis] = true;
+    target[*axis] = here.position_rad + by_rad;
+    begun = begin_move(w.setup, w.state, w.actions, involved, target, w.asker);
+  } else {
+    begun = begin_jog(w.setup, w.state, w.actions, *axis, by_rad, w.asker);
+  }
+  if (!begun) w.refuse(begun.error().text());
+}
+
 void set_light(const Work& w, const protocol::SetLight& command) {
   if (w.state.job && !w.state.job->resting) return w.refuse("a job is running and needs the light");
   const bool waits_for_light = w.state.conditions[static_cast<std::size_t>(Condition::light)].on;
@@ -257,6 +276,8 @@ void on_request(const Setup& setup, State& state, Actions& actions, const Reques
       return home(w, request.home());
     case Request::kMove:
       return move(w, request.move());
+    case Request::kJog:
+      return jog(w, request.jog());
     case Request::kStop:
       stop_everything(setup, state, actions,
                       request.stop().reason().empty() ? "asked by a client" : request.stop().reason());

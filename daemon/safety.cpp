@@ -1,7 +1,11 @@
 #include "daemon/safety.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/machine/limits.h"
 #include "daemon/following.h"
+#include "daemon/job.h"
 #include "daemon/lamp.h"
 #include "daemon/messages.h"
 
@@ -11,8 +15,10 @@ using base::ErrorCode;
 using base::fail;
 using base::Result;
 
-Result<void> may_move(const Setup& setup, const State& state, const std::array<bool, kAxisCount>& involved,
-                      const JointAngles& target_rad) {
+namespace {
+
+// What holds of every move, whatever kind it is.
+Result<void> rig_may_move(const State& state) {
   if (!state.stopped.empty()) {
     return fail(ErrorCode::refused, fmt::format("the rig is stopped: {}", state.stopped), {},
                 "clear the stop first");
@@ -22,8 +28,6 @@ Result<void> may_move(const Setup& setup, const State& state, const std::array<b
     return fail(ErrorCode::refused, fmt::format("a device does not answer: {}", state.lost.begin()->second),
                 {}, "it is looked for again and again");
   }
-  JointAngles from{};
-  JointAngles to{};
   for (std::size_t i = 0; i < kAxisCount; ++i) {
     const AxisTrack& axis = state.axes[i];
     // Also those that stay: without a proven position nothing is known about distances.
@@ -32,14 +36,30 @@ Result<void> may_move(const Setup& setup, const State& state, const std::array<b
                   fmt::format("where axis {} stands is not known", machine::kAxisNames[i]), {},
                   "it is read again in a moment");
     }
+  }
+  return {};
+}
+
+Result<void> has_no_fault(const State& state, std::size_t axis) {
+  const std::string& fault = state.axes[axis].last.fault;
+  if (fault.empty()) return {};
+  return fail(ErrorCode::refused, fmt::format("axis {} has a fault: {}", machine::kAxisNames[axis], fault));
+}
+
+}  // namespace
+
+Result<void> may_move(const Setup& setup, const State& state, const std::array<bool, kAxisCount>& involved,
+                      const JointAngles& target_rad) {
+  if (auto ok = rig_may_move(state); !ok) return ok;
+  JointAngles from{};
+  JointAngles to{};
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    const AxisTrack& axis = state.axes[i];
     if (!axis.last.homed) {
       return fail(ErrorCode::refused, fmt::format("axis {} is not homed", machine::kAxisNames[i]), {},
                   "home it first");
     }
-    if (!axis.last.fault.empty()) {
-      return fail(ErrorCode::refused,
-                  fmt::format("axis {} has a fault: {}", machine::kAxisNames[i], axis.last.fault));
-    }
+    if (auto ok = has_no_fault(state, i); !ok) return ok;
     from[i] = axis.last.position_rad;
     to[i] = involved[i] ? target_rad[i] : axis.last.position_rad;
     if (involved[i]) {
@@ -52,6 +72,31 @@ Result<void> may_move(const Setup& setup, const State& state, const std::array<b
     }
   }
   return machine::check_move(setup.rig, from, to);
+}
+
+Result<void> may_jog(const Setup& setup, const State& state, std::size_t axis, double by_rad) {
+  if (auto ok = rig_may_move(state); !ok) return ok;
+  const machine::AxisConfig& config = setup.rig.axes[axis];
+  const drivers::AxisState& here = state.axes[axis].last;
+  const std::string_view name = machine::kAxisNames[axis];
+  if (here.homed) {
+    return fail(ErrorCode::refused, fmt::format("axis {} is homed", name), {}, "move it to an angle");
+  }
+  if (auto ok = has_no_fault(state, axis); !ok) return ok;
+  const double most = std::min(kMostJog_rad, config.max_rad - config.min_rad);
+  // Written so that NaN is refused too.
+  if (!(std::abs(by_rad) <= most)) {
+    return fail(ErrorCode::refused,
+                fmt::format("before it is homed axis {} is moved by at most {:g} deg at a time", name,
+                            base::degrees(most)));
+  }
+  if ((here.at_low_limit && by_rad < 0) || (here.at_high_limit && by_rad > 0)) {
+    return fail(ErrorCode::refused,
+                fmt::format("axis {} stands on its {} limit switch and would be driven further in", name,
+                            by_rad < 0 ? "low" : "high"),
+                {}, "drive it out; if it is out, mend the switch");
+  }
+  return {};
 }
 
 void stop_axes(State& state, Actions& actions) {
@@ -82,13 +127,7 @@ void drop_all(const Setup& setup, State& state, Actions& actions, const std::str
 void stop_everything(const Setup& setup, State& state, Actions& actions, const std::string& reason) {
   drop_all(setup, state, actions, reason);
   if (state.job) {
-    // A pose that was complete and on its way to the journal stays there; the rest is taken again after the
-    // stop.
-    for (const auto& take : {state.job->current, state.job->storing}) {
-      if (!take || take->committing) continue;
-      actions.push_back(DiscardBracket{take->row});
-      keep_events(*take, actions);
-    }
+    discard_takes(state, actions);
     state.job.reset();
   }
   if (!state.stopped.empty()) return;

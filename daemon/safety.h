@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/base/result.h"
+#include "core/base/units.h"
 #include "daemon/action.h"
 #include "daemon/state.h"
 
@@ -14,6 +15,17 @@ namespace rig::daemon {
 [[nodiscard]] base::Result<void> may_move(const Setup& setup, const State& state,
                                           const std::array<bool, kAxisCount>& involved,
                                           const JointAngles& target_rad);
+
+/// The most that one jog may be: further than a person needs to see which way an axis turns, less than what
+/// brings it far.
+inline constexpr double kMostJog_rad = base::radians(10);
+
+/// Whether this axis, which is not homed, may be moved by so much from where it stands, at its reduced speed:
+/// no stop latched, everything read and at rest, no fault, not further into a limit switch, at most
+/// kMostJog_rad and the axis' own travel. Where it stands is not known, so that no limit and no keep-out zone
+/// can be kept: a person has to look.
+[[nodiscard]] base::Result<void> may_jog(const Setup& setup, const State& state, std::size_t axis,
+                                         double by_rad);
 
 /// Commands every axis to stop. Where those that may be moving stand is unknown until they are read at rest.
 void stop_axes(State& state, Actions& actions);

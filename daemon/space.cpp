@@ -1,35 +1,65 @@
 #include "daemon/space.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "core/machine/exposure_bounds.h"
+#include "daemon/reference_looks.h"
+
 namespace rig::daemon {
 
 namespace {
 
 constexpr double kBytesPerSample = 2;
 constexpr double kHeader_bytes = 4096;   // of a frame's file, and what is left of its last block
-constexpr double kJournal_bytes = 8192;  // of a pose, with its events
+constexpr double kJournal_bytes = 8192;  // of a pose or a visit, with its events
 constexpr double kJournalFrame_bytes = 512;
 
-}  // namespace
-
-int most_frames(const machine::ExposureConfig& exposure) {
-  return exposure.strategy == machine::ExposureStrategy::fixed ? static_cast<int>(exposure.exposures_s.size())
-                                                               : exposure.most_frames;
-}
-
-double bracket_s(const Setup& setup, const machine::ExposureConfig& exposure) {
-  double sum = 0;
-  for (const double s : exposure.exposures_s) sum += s;
-  if (exposure.strategy == machine::ExposureStrategy::halve) {
-    for (int i = 0; i < exposure.most_frames; ++i) sum += exposure.longest_s / static_cast<double>(1ULL << i);
-  }
-  return sum + (most_frames(exposure) - 1) * setup.camera.readout_s;
-}
-
-double bytes_of_pose(const Setup& setup, const machine::JobConfig& job) {
+double bytes_of_frames(const Setup& setup, double frames) {
   const auto& size = setup.rig.camera.intrinsics;
   const double frame = kBytesPerSample * static_cast<double>(size.width) * static_cast<double>(size.height) +
                        kHeader_bytes + kJournalFrame_bytes;
-  return most_frames(job.exposure) * frame + kJournal_bytes;
+  return frames * frame + kJournal_bytes;
+}
+
+// At most one between two poses, the one that is due, and the last.
+double visits_left(const Setup& setup, const ActiveJob& job, double poses) {
+  const auto& reference = setup.rig.unattended.reference;
+  if (!reference) return 0;
+  double between = 0;
+  if (reference->every_poses > 0) between += std::floor(poses / reference->every_poses);
+  if (reference->every_s > 0) {
+    // Before the first commit the camera's time is all that is known of the pace.
+    const double pose_s = job.rows.empty()
+                              ? job.seconds_per_pose
+                              : std::max(job.seconds_per_pose,
+                                         bracket_s(setup, job.config->exposure, job.rows.front().target_rad));
+    between += std::floor(poses * pose_s / reference->every_s);
+  }
+  return std::min(between, poses) + (job.reference_due ? 1 : 0) + 1;
+}
+
+}  // namespace
+
+double bracket_s(const Setup& setup, const machine::ExposureConfig& exposure, const JointAngles& pose) {
+  return machine::longest_bracket_s(setup.rig, exposure, pose) +
+         (machine::most_frames(exposure) - 1) * setup.camera.readout_s;
+}
+
+double bytes_of_pose(const Setup& setup, const machine::JobConfig& job) {
+  return bytes_of_frames(setup, machine::most_frames(job.exposure));
+}
+
+double bytes_of_visit(const Setup& setup) {
+  const auto looks = reference_looks(setup);
+  return looks.empty() ? 0 : bytes_of_frames(setup, static_cast<double>(looks.size()));
+}
+
+double bytes_left_to_write(const Setup& setup, const State& state) {
+  if (!state.job || !state.job->config) return 0;
+  const ActiveJob& job = *state.job;
+  const auto poses = static_cast<double>(job.rows.size() + (job.current ? 1U : 0U) + (job.storing ? 1U : 0U));
+  return poses * bytes_of_pose(setup, *job.config) + visits_left(setup, job, poses) * bytes_of_visit(setup);
 }
 
 }  // namespace rig::daemon

@@ -1,4 +1,4 @@
-// How much a job writes.
+// How much a job writes, and how long its camera is busy.
 #pragma once
 
 #include "core/machine/job_config.h"
@@ -6,13 +6,18 @@
 
 namespace rig::daemon {
 
-/// Most frames that one pose may take.
-[[nodiscard]] int most_frames(const machine::ExposureConfig& exposure);
-
-/// Seconds of the longest bracket of one pose: exposures, and the readouts between them.
-[[nodiscard]] double bracket_s(const Setup& setup, const machine::ExposureConfig& exposure);
+/// Seconds of the longest bracket of a pose there: exposures, and the readouts between them.
+[[nodiscard]] double bracket_s(const Setup& setup, const machine::ExposureConfig& exposure,
+                               const JointAngles& pose);
 
 /// Most bytes that one pose takes on the disk: its frames and their part of the journal.
 [[nodiscard]] double bytes_of_pose(const Setup& setup, const machine::JobConfig& job);
+
+/// Bytes of a reference visit, likewise; 0 where rig.toml has no [reference].
+[[nodiscard]] double bytes_of_visit(const Setup& setup);
+
+/// Bytes that the scan's disk has to have for what is left of the running job, its visits included, without
+/// the margin. How many visits the clock will ask for is foreseen from the pace of the poses so far.
+[[nodiscard]] double bytes_left_to_write(const Setup& setup, const State& state);
 
 }  // namespace rig::daemon

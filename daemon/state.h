@@ -52,9 +52,10 @@ struct AxisTrack {
   double target_rad = 0;
 };
 
-/// A movement under way: axes homing one after the other, or axes moving together to their targets.
+/// A movement under way: axes homing one after the other, axes moving together to their targets, or one axis
+/// that is not homed moving by a little.
 struct Motion {
-  enum class Kind { homing, move };
+  enum class Kind { homing, move, jog };
   enum class Leg { detour, target, settle };
   Kind kind = Kind::move;
   Leg leg = Leg::target;
@@ -97,8 +98,10 @@ struct PendingFrame {
   std::int64_t row = -1;       ///< of the plan, or kSnapRow, kVisitRow
   int index = 0;
   double exposure_s = 0;
-  bool exposing = false;  ///< the camera took the trigger; the times below are known
-  Time exposed{};         ///< end of the exposure
+  std::optional<Time> again{};  ///< the camera was busy: it is to be triggered again then
+  Time busy_until{};            ///< a fault if it still is
+  bool exposing = false;        ///< the camera took the trigger; the times below are known
+  Time exposed{};               ///< end of the exposure
   Time fetch_at{};
   Time deadline{};
   bool fetching = false;
@@ -141,6 +144,7 @@ struct JobEntry {
   std::int64_t poses = 0, done = 0, abandoned = 0, retries = 0;
   std::string reason;
   std::string hold;                  ///< why it is held until an operator releases it; empty: it is not
+  bool hold_told = false;            ///< somebody knows of it; not remembered
   bool needs_sample_change = false;  ///< a person has not yet changed the sample for it
 };
 
@@ -214,6 +218,7 @@ struct State {
   std::optional<PendingFrame> frame;
   std::optional<std::uint64_t> last_frame;  ///< the camera's own number of the frame that came last
   int frames_refused = 0;                   ///< one after the other
+  Time camera_free{};  ///< when the latest exposure, aborted or not, and its readout must be over
   std::optional<Snap> snap;
   std::vector<JobEntry> jobs;
   std::optional<ActiveJob> job;
@@ -223,6 +228,8 @@ struct State {
   std::array<ConditionTrack, kConditionCount> conditions;  ///< of the active job, by Condition
   std::map<std::string, std::string> lost;  ///< devices that do not answer for now, and what was said
   std::optional<double> free_bytes;         ///< where the active job's scan is, as last told
+  std::optional<std::string> disk_refuses;  ///< why it took no file; nothing: it takes them
+  int disk_failures = 0;                    ///< such, without a pose committed between
   Time disk_look_at{};
   Time camera_look_at{};
   std::optional<double> camera_temperature_c;

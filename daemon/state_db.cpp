@@ -38,7 +38,7 @@ Result<StateDb> StateDb::open(const std::filesystem::path& folder) {
   // Also where the file exists: its maker may have died before the tables were there.
   auto made = database->transaction([&] { return database->execute(kSchema); });
   if (!made) return pass(made);
-  return StateDb(std::move(*database));
+  return StateDb(folder, std::move(*database));
 }
 
 Result<std::uint64_t> StateDb::begin_epoch() {

@@ -19,6 +19,7 @@ namespace rig::daemon {
 class StateDb {
  public:
   [[nodiscard]] static base::Result<StateDb> open(const std::filesystem::path& folder);
+  [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
 
   /// The number of this start of rigd: one more than the last.
   [[nodiscard]] base::Result<std::uint64_t> begin_epoch();
@@ -39,10 +40,12 @@ class StateDb {
   [[nodiscard]] base::Result<void> save_lease_holder(const std::string& holder);
 
  private:
-  explicit StateDb(scan::Database database) : database_(std::move(database)) {}
+  StateDb(std::filesystem::path folder, scan::Database database)
+      : folder_(std::move(folder)), database_(std::move(database)) {}
   [[nodiscard]] base::Result<std::string> fact(const char* key) const;
   [[nodiscard]] base::Result<void> save_fact(const char* key, const std::string& value);
 
+  std::filesystem::path folder_;
   scan::Database database_;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "daemon/conditions.h"
+#include "daemon/disk.h"
 #include "daemon/exposing.h"
 #include "daemon/frame_check.h"
 #include "daemon/job.h"
@@ -24,8 +25,6 @@ namespace {
 
 constexpr double kLookEvery_s = 0.5;   // at the lines, the light and resting axes
 constexpr double kCameraEvery_s = 10;  // at the camera's temperature
-constexpr double kDiskEvery_s = 30;
-constexpr double kShortDiskEvery_s = 5;
 constexpr double kFetchAgain_s = 0.005;
 constexpr double kFetchPatience = 2;  // of its deadline: a fetch may wait for other calls to the camera
 
@@ -41,16 +40,19 @@ struct Handler {
 
   void operator()(const AxisPolled& event) const {
     state.lost.erase(fmt::format("axis {}", machine::kAxisNames[event.axis]));
-    const auto end = on_axis_polled(setup, state, actions, event);
-    if (!end) return;
-    if (end->asker) {
-      const bool arrived = end->failure.empty();
-      actions.push_back(
-          SendReply{end->asker->client,
-                    make_reply(end->asker->id, arrived ? protocol::DONE : protocol::FAILED, end->failure)});
-    } else {
-      on_job_motion_end(setup, state, actions, *end);
-    }
+    if (const auto end = on_axis_polled(setup, state, actions, event)) tell_end(*end);
+  }
+
+  void operator()(const JogRefused& event) const {
+    if (const auto end = on_jog_refused(state, event)) tell_end(*end);
+  }
+
+  void tell_end(const MotionEnd& end) const {
+    if (!end.asker) return on_job_motion_end(setup, state, actions, end);
+    const auto outcome = end.refused           ? protocol::REFUSED
+                         : end.failure.empty() ? protocol::DONE
+                                               : protocol::FAILED;
+    actions.push_back(SendReply{end.asker->client, make_reply(end.asker->id, outcome, end.failure)});
   }
 
   void operator()(const LightPolled& event) const {
@@ -103,6 +105,14 @@ struct Handler {
 
   void operator()(const CameraTriggered& event) const { on_camera_triggered(setup, state, event); }
 
+  void operator()(const CameraBusy& event) const { on_camera_busy(setup, state, actions, event); }
+
+  void operator()(const FrameDamaged& event) const {
+    state.lost.erase("camera");
+    if (!state.frame || state.frame->exposure != event.exposure) return;  // of something that was stopped
+    refuse_frame(setup, state, actions, event.what);
+  }
+
   void operator()(const FrameNotReady& event) const {
     if (!state.frame || state.frame->exposure != event.exposure) return;
     state.frame->fetching = false;
@@ -147,22 +157,12 @@ struct Handler {
   void operator()(const JobOpened& event) const { on_job_opened(setup, state, actions, event); }
 
   // The job stays active: once its cause is mended and the stop is cleared, it goes on.
-  void operator()(const StorageFailed& event) const {
-    if (event.lost_scan != 0) {
-      // Told for every frame that was on its way.
-      const JobEntry* job = find_job(state, event.lost_scan);
-      if (job == nullptr || job->state != JobEntry::State::active) return;
-      end_job(setup, state, actions, event.lost_scan, JobEntry::State::failed, event.what);
-      return;
-    }
-    stop_everything(setup, state, actions, "the scan's disk: " + event.what);
-  }
-
+  void operator()(const StorageFailed& event) const { on_storage_failed(setup, state, actions, event); }
   void operator()(const CameraAnswered& /*event*/) const { state.lost.erase("camera"); }
   void operator()(const CameraTemperatureRead& event) const {
     state.camera_temperature_c = event.temperature_c;
   }
-  void operator()(const DiskRead& event) const { state.free_bytes = event.free_bytes; }
+  void operator()(const DiskRead& event) const { on_disk_read(state, actions, event); }
   void operator()(const ClientRevoked& event) const { on_client_revoked(state, actions, event); }
   void operator()(const Heartbeat& /*event*/) const {}  // that step() ran is the answer
   void operator()(const StatisticsDue& /*event*/) const { actions.push_back(LogStatistics{}); }
@@ -192,15 +192,9 @@ void look_around(const Setup& setup, State& state, Actions& actions) {
   }
 }
 
-void look_at_disk(State& state, Actions& actions) {
-  if (!state.job || state.job->phase == ActiveJob::Phase::opening || state.now < state.disk_look_at) return;
-  const bool is_short = state.conditions[static_cast<std::size_t>(Condition::disk)].on;
-  state.disk_look_at = state.now + seconds(is_short ? kShortDiskEvery_s : kDiskEvery_s);
-  actions.push_back(PollDisk{});
-}
-
 void fetch_frame(const Setup& setup, State& state, Actions& actions) {
-  if (!state.frame) return;
+  trigger_again(setup, state, actions);
+  if (!state.frame || state.frame->again) return;
   if (state.frame->fetching || !state.frame->exposing) {
     if (state.now >= state.frame->answer_by)
       stop_everything(setup, state, actions, "the camera does not answer");
@@ -259,7 +253,9 @@ std::optional<Wake> next_wake(const State& state) {
   if (state.frame) {
     const PendingFrame& frame = *state.frame;
     if (frame.exposing && state.now < frame.exposed) consider(frame.exposed);
-    consider(frame.fetching || !frame.exposing ? frame.answer_by : frame.fetch_at);
+    consider(frame.again                         ? *frame.again
+             : frame.fetching || !frame.exposing ? frame.answer_by
+                                                 : frame.fetch_at);
   }
   if (state.job) {
     const bool suspended = state.job->suspended;

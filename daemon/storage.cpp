@@ -1,5 +1,8 @@
 #include "daemon/storage.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "core/base/files.h"
 #include "core/base/log.h"
 #include "core/scan/scan_directory.h"
@@ -48,7 +51,11 @@ void Storage::run() {
 }
 
 void Storage::check(const Result<void>& result) {
-  if (!result) report_(StorageFailed{result.error().text()});
+  if (!result) tell_failure(result.error());
+}
+
+void Storage::tell_failure(const base::Error& error) {
+  report_(StorageFailed{error.text(), 0, error.code == base::ErrorCode::io});
 }
 
 void Storage::carry_out(const Action& action) {
@@ -56,7 +63,7 @@ void Storage::carry_out(const Action& action) {
   if (const auto* open = std::get_if<OpenJob>(&action)) return open_job(*open);
   if (const auto* save = std::get_if<SaveJob>(&action)) return check(db_.save_job(save->entry));
   if (const auto* order = std::get_if<SaveOrder>(&action)) return check(db_.save_order(order->jobs));
-  if (std::holds_alternative<PollDisk>(action)) return poll_disk();
+  if (const auto* poll = std::get_if<PollDisk>(&action)) return poll_disk(*poll);
   if (const auto* event = std::get_if<KeepEvent>(&action)) return keep_event(*event);
   if (const auto* space = std::get_if<CheckSpace>(&action)) return check_space(*space);
   if (const auto* asked = std::get_if<SendFramePiece>(&action)) return send_frame_piece(*asked);
@@ -82,6 +89,8 @@ void Storage::carry_out(const Action& action) {
 }
 
 namespace {
+
+constexpr std::size_t kMostWaitingEvents = 10000;
 
 // Where the folder will be: the nearest one above it that exists.
 std::filesystem::path existing_above(std::filesystem::path folder) {
@@ -109,13 +118,27 @@ Result<void> room_for(const std::filesystem::path& folder, double bytes_needed) 
 
 }  // namespace
 
-// An event that cannot be kept costs a late joiner something, not the scan.
+// An event that cannot be kept waits until it can: without it a late joiner misses something and the report
+// a reason, but the scan nothing.
 void Storage::keep_event(const KeepEvent& action) {
-  std::error_code error;
-  const bool in_journal = action.job != 0 && action.job == job_ && journal_ &&
-                          std::filesystem::exists(scan::journal_path(scan_), error);
-  const auto kept = in_journal ? journal_->add_events({action.event}) : db_.add_event(action.event);
-  if (!kept) base::log_error("an event is not kept: {}", kept.error().text());
+  events_.push_back(action);
+  keep_what_waits();
+}
+
+void Storage::keep_what_waits() {
+  while (!events_.empty()) {
+    const KeepEvent& next = events_.front();
+    std::error_code error;
+    const bool in_journal = next.job != 0 && next.job == job_ && journal_ &&
+                            std::filesystem::exists(scan::journal_path(scan_), error);
+    const auto kept = in_journal ? journal_->add_events({next.event}) : db_.add_event(next.event);
+    if (!kept) {
+      if (events_.size() == 1) base::log_error("events are not kept for now: {}", kept.error().text());
+      if (events_.size() > kMostWaitingEvents) events_.pop_front();
+      return;
+    }
+    events_.pop_front();
+  }
 }
 
 void Storage::check_space(const CheckSpace& action) {
@@ -180,10 +203,18 @@ void Storage::tell_of_job(const TellOfJob& action) {
     tell_(action.occasion, protocol::report_text(bare));
     return;
   }
-  if (action.ended) {
-    if (auto ok = write_report(*report); !ok) base::log_error("report: {}", ok.error().text());
-  }
+  if (action.ended) write_report_of(*report);
   tell_(action.occasion, protocol::report_text(*report));
+}
+
+// What the disk does not take now is written when it takes files again.
+void Storage::write_report_of(const protocol::Report& report) {
+  const auto written = write_report(report);
+  if (written) return;
+  base::log_error("report: {}", written.error().text());
+  if (written.error().code != base::ErrorCode::io) return;
+  reports_.push_back(report);
+  tell_failure(written.error());
 }
 
 void Storage::create_job(const CreateJob& action) {
@@ -226,6 +257,9 @@ void Storage::open_job(const OpenJob& action) {
     if (!progress) return base::pass(progress);
     auto visits = journal->visits_so_far();
     if (!visits) return pass(visits);
+    const auto latest = journal->latest();
+    if (!latest) return pass(latest);
+    latest_ = *latest;
     JobOpened opened_job{action.id,
                          std::make_shared<const machine::JobConfig>(std::move(*config)),
                          std::move(*pending),
@@ -245,8 +279,14 @@ void Storage::open_job(const OpenJob& action) {
   if (result) {
     report_(std::move(*result));
   } else {
-    report_(StorageFailed{result.error().text()});
+    tell_failure(result.error());
   }
+}
+
+// The machine's clock may have been set back since rigd was last started; a pose must not come before the
+// visit that was made before it.
+base::Time Storage::in_order(base::Time time) {
+  return latest_ = std::max(time, latest_ + base::Duration(1));
 }
 
 // A folder that was moved or removed would be made anew by the next frame, without its journal.
@@ -258,11 +298,41 @@ bool Storage::scan_is_there() {
   return false;
 }
 
-void Storage::poll_disk() {
+void Storage::poll_disk(const PollDisk& action) {
+  DiskRead read;
+  if (action.write) {
+    if (job_ != 0 && !scan_is_there()) return;
+    const auto written = try_to_write();
+    if (!written) base::log_warning("the disk: {}", written.error().text());
+    read.takes_files = written.has_value();
+    if (written) {
+      keep_what_waits();
+      for (const protocol::Report& report : std::exchange(reports_, {})) write_report_of(report);
+    }
+  }
   std::error_code error;
   const auto space = std::filesystem::space(scan_, error);
   // A folder that is not there is told by what wants to write.
-  if (!error) report_(DiskRead{static_cast<double>(space.available)});
+  if (error && !action.write) return;
+  if (!error) read.free_bytes = static_cast<double>(space.available);
+  report_(read);
+}
+
+// Whether a frame finds room in the scan, and a little beside rigd's own state.
+Result<void> Storage::try_to_write() const {
+  const auto write_once = [](const std::filesystem::path& path, std::size_t bytes) -> Result<void> {
+    const std::vector<std::byte> content(bytes);
+    const auto written = base::write_and_flush(path, content);
+    if (auto removed = base::remove_tree(path); !removed && written) return removed;
+    return written;
+  };
+  constexpr std::size_t kOwnState_bytes = 1 << 20;
+  if (auto ok = write_once(db_.folder() / "probe.part", kOwnState_bytes); !ok) return ok;
+  if (job_ == 0) return {};
+  const auto& size = rig_.camera.intrinsics;
+  const auto samples = static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
+  // Where tidy_scan() would find it, if rigd died now.
+  return write_once(scan_ / "frames" / "probe.part", samples * sizeof(std::uint16_t));
 }
 
 void Storage::store_frame(const StoreFrame& action) {
@@ -286,7 +356,7 @@ void Storage::store_frame(const StoreFrame& action) {
   if (hash) {
     report_(FrameStored{facts.row, facts.index, *hash, action.pose.number});
   } else {
-    report_(StorageFailed{hash.error().text()});
+    tell_failure(hash.error());
   }
 }
 
@@ -297,6 +367,8 @@ void Storage::judge_look(const JudgeLook& action) {
   }
   auto finding = judge(rig_, scan_, action, pool_.pixels(action.slot));
   pool_.release(action.slot);
+  // The light is not to blame for it.
+  if (!finding && finding.error().code == base::ErrorCode::io) return tell_failure(finding.error());
   report_(LookJudged{action.exposure, std::move(finding)});
 }
 
@@ -305,6 +377,7 @@ void Storage::record_visit(const RecordVisit& action) {
   const auto recorded = [&]() -> Result<VisitRecorded> {
     if (!journal_) return base::fail(base::ErrorCode::io, "no journal is open", scan_.string());
     VisitRecorded out{action.visit, {}, {}, {}};
+    out.visit.when = in_order(out.visit.when);
     if (!out.visit.looks.empty()) {
       if (auto ok = scan::publish_visit(scan_, out.visit.number); !ok) return pass(ok);
     }
@@ -328,7 +401,7 @@ void Storage::record_visit(const RecordVisit& action) {
   if (result) {
     report_(std::move(*result));
   } else {
-    report_(StorageFailed{result.error().text()});
+    tell_failure(result.error());
   }
 }
 
@@ -343,7 +416,7 @@ void Storage::commit_pose(const CommitPose& action) {
     record.target_rad = action.pose.target_rad;
     record.readback_rad = action.pose.readback_rad;
     record.arrived = action.pose.arrived;
-    record.committed = clock_.now();
+    record.committed = in_order(clock_.now());
     record.frames = action.pose.frames;
     record.short_share = action.pose.short_share;
     for (scan::FrameRecord& frame : record.frames) {
@@ -353,7 +426,7 @@ void Storage::commit_pose(const CommitPose& action) {
     return journal_->commit_pose(record, action.events);
   };
   if (auto ok = done(); !ok) {
-    report_(StorageFailed{ok.error().text()});
+    tell_failure(ok.error());
     return;
   }
   report_(PoseCommitted{action.pose.row});

@@ -1,11 +1,13 @@
 // The thread that owns the disk: frames, journals, rigd's own state. Its errors become events.
 #pragma once
 
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "core/base/clock.h"
 #include "core/scan/journal.h"
@@ -48,8 +50,11 @@ class Storage {
   void commit_pose(const CommitPose& action);
   void judge_look(const JudgeLook& action);
   void record_visit(const RecordVisit& action);
-  void poll_disk();
+  void poll_disk(const PollDisk& action);
+  [[nodiscard]] base::Result<void> try_to_write() const;
   void keep_event(const KeepEvent& action);
+  void keep_what_waits();
+  void write_report_of(const protocol::Report& report);
   void check_space(const CheckSpace& action);
   void send_frame_piece(const SendFramePiece& action);
   void send_report(const SendReport& action);
@@ -57,6 +62,8 @@ class Storage {
   [[nodiscard]] base::Result<protocol::Report> report_of(const protocol::JobInfo& job);
   [[nodiscard]] bool scan_is_there();
   void check(const base::Result<void>& result);
+  void tell_failure(const base::Error& error);
+  [[nodiscard]] base::Time in_order(base::Time time);
 
   base::Clock& clock_;
   const machine::RigConfig rig_;
@@ -69,6 +76,9 @@ class Storage {
   std::filesystem::path scan_;
   std::uint64_t job_ = 0;  ///< whose scan is open
   std::optional<scan::Journal> journal_;
+  base::Time latest_{};                    ///< that the open journal has
+  std::deque<KeepEvent> events_;           ///< not yet kept, in their order
+  std::vector<protocol::Report> reports_;  ///< of ended jobs, not yet written
   Timings timings_;
   base::Mailbox<std::optional<Action>> mailbox_;
   std::thread thread_;

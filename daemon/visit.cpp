@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "core/machine/limits.h"
 #include "daemon/exposing.h"
 #include "daemon/job.h"
 #include "daemon/messages.h"
 #include "daemon/place.h"
+#include "daemon/reference_looks.h"
 #include "daemon/visit_verdict.h"
 
 namespace rig::daemon {
@@ -20,24 +20,10 @@ namespace {
 constexpr int kAttempts = 3;
 constexpr double kAgain_s = 2;
 
-// One frame of a visit.
-struct Look {
-  const char* name;
-  JointAngles pose_rad;
-  double exposure_s;
-  bool lit;
-};
-
 std::vector<Look> looks_of(const Setup& setup, const ActiveJob& job, Kind kind) {
   if (kind == Kind::place) return {{"place", job.place->target_rad, job.place->exposure_s, true}};
-  const machine::ReferenceConfig& reference = *setup.rig.unattended.reference;
-  if (kind == Kind::identity) return {{"identity", reference.pose_rad, reference.exposure_s, true}};
-  std::vector<Look> looks;
-  // A lamp without a shutter would have to be put out, and lit again while it is hot.
-  if (setup.light.has_shutter)
-    looks.push_back({"dark", reference.pose_rad, reference.dark_exposure_s, false});
-  looks.push_back({"patches", reference.pose_rad, reference.exposure_s, true});
-  return looks;
+  if (kind == Kind::identity) return {identity_look(setup)};
+  return reference_looks(setup);
 }
 
 // The job waits for a person, who has seen for himself when he releases it.
@@ -77,17 +63,12 @@ std::optional<Kind> due(const Setup& setup, const State& state) {
   return std::nullopt;
 }
 
-// Why the rig cannot go to the looks from where it stands and on to the next pose; empty: it can.
-std::string why_unreachable(const Setup& setup, const State& state, const std::vector<Look>& looks) {
-  JointAngles from{};
-  for (std::size_t i = 0; i < kAxisCount; ++i) from[i] = state.axes[i].last.position_rad;
-  for (const Look& look : looks) {
-    if (auto ok = machine::check_move(setup.rig, from, look.pose_rad); !ok) return ok.error().text();
-    from = look.pose_rad;
-  }
-  if (state.job->rows.empty()) return {};
-  const auto on = machine::check_move(setup.rig, from, state.job->rows.front().target_rad);
-  return on ? std::string() : on.error().text();
+// From where the rig stands, and on to the next pose.
+std::string why_unreachable_now(const Setup& setup, const State& state, const std::vector<Look>& looks) {
+  JointAngles here{};
+  for (std::size_t i = 0; i < kAxisCount; ++i) here[i] = state.axes[i].last.position_rad;
+  const auto& rows = state.job->rows;
+  return why_unreachable(setup, here, looks, rows.empty() ? nullptr : &rows.front().target_rad);
 }
 
 void put_off(State& state, Actions& actions, Kind kind, const std::string& why) {
@@ -157,7 +138,7 @@ void begin(const Setup& setup, State& state, Actions& actions, Kind kind) {
     state.job->phase = ActiveJob::Phase::homing;
     return;
   }
-  const std::string why = why_unreachable(setup, state, looks_of(setup, *state.job, kind));
+  const std::string why = why_unreachable_now(setup, state, looks_of(setup, *state.job, kind));
   if (!why.empty()) return put_off(state, actions, kind, why);
   state.job->visit = Visit{};
   state.job->visit->kind = kind;
@@ -309,8 +290,10 @@ void on_look_judged(const Setup& setup, State& state, Actions& actions, const Lo
   if (visit.kind == Kind::place) return judge_place(state, actions, *judged.finding);
   if (visit.kind == Kind::identity) return judge_identity(state, actions, *judged.finding);
   visit.looks.push_back(judged.finding->record);
-  if (++visit.look < looks_of(setup, job, visit.kind).size()) {
-    visit.stage = Stage::to_light;  // from the same pose
+  const auto looks = looks_of(setup, job, visit.kind);
+  if (++visit.look < looks.size()) {
+    const bool stays = looks[visit.look].pose_rad == looks[visit.look - 1].pose_rad;
+    visit.stage = stays ? Stage::to_light : Stage::to_move;
     return;
   }
   scan::VisitRecord now;
@@ -346,11 +329,13 @@ void on_visit_recorded(const Setup& setup, State& state, Actions& actions, const
   visited.set_dark_dn(verdict.dark_dn);
   visited.set_level(verdict.level);
   visited.set_unevenness(verdict.unevenness);
+  visited.set_flat_level(verdict.flat_level);
+  visited.set_flat_unevenness(verdict.flat_unevenness);
   visited.set_poses_again(static_cast<std::uint32_t>(recorded.again.size()));
   publish(state, actions, std::move(event));
   if (visit.good) {
     job.bad_visits = 0;
-    job.visits.last_good = visit.when;
+    job.visits.last_good = state.now;  // the journal's may be later, where the clock was set back
     if (!job.visits.first || find_job(state, job.id)->done == 0) job.visits.first = visit;
     return;
   }

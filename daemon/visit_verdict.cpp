@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <tuple>
 
 namespace rig::daemon {
 
@@ -23,38 +24,80 @@ double mean_of(const std::vector<double>& values) {
          static_cast<double>(std::max<std::size_t>(values.size(), 1));
 }
 
+void complain(VisitVerdict& verdict, std::string what) {
+  verdict.what += (verdict.what.empty() ? "" : "; ") + std::move(what);
+}
+
 void compare_dark(const machine::ReferenceConfig& config, const scan::LookRecord& first,
                   const scan::LookRecord& now, double share, VisitVerdict& verdict) {
   verdict.dark_dn = mean_of(now.means_dn) - mean_of(first.means_dn);
   // A comparison that is false for what is not a number.
   if (verdict.dark_dn <= share * config.dark_dn) return;
   verdict.room_dark = false;
-  verdict.what = fmt::format(
-      "the room is not dark: the dark frame is {:.2f} DN above the first one's, {:.2f} are allowed",
-      verdict.dark_dn, share * config.dark_dn);
+  complain(verdict, fmt::format("the room is not dark: the dark frame is {:.2f} DN above the first one's, "
+                                "{:.2f} are allowed",
+                                verdict.dark_dn, share * config.dark_dn));
 }
 
-void compare_patches(const machine::ReferenceConfig& config, const scan::LookRecord& first,
-                     const scan::LookRecord& now, double share, VisitVerdict& verdict) {
-  const auto complain = [&verdict](std::string what) {
-    verdict.what += (verdict.what.empty() ? "" : "; ") + std::move(what);
-  };
-  if (now.means_dn.size() != first.means_dn.size()) {
-    return complain(fmt::format("{} reference patches are seen, {} were at first", now.means_dn.size(),
-                                first.means_dn.size()));
-  }
+// How what was as bright everywhere as at first has changed: all of it, and one part against the others.
+struct Change {
+  double level = 0, unevenness = 0;
+};
+Change change_of(const std::vector<double>& first, const std::vector<double>& now) {
   std::vector<double> ratios;
-  for (std::size_t i = 0; i < now.means_dn.size(); ++i) ratios.push_back(now.means_dn[i] / first.means_dn[i]);
-  verdict.level = mean_of(ratios);
+  for (std::size_t i = 0; i < now.size(); ++i) ratios.push_back(now[i] / first[i]);
+  Change change;
+  change.level = mean_of(ratios);
   for (const double ratio : ratios)
-    verdict.unevenness = std::max(verdict.unevenness, std::abs(ratio / verdict.level - 1));
-  if (!(std::abs(verdict.level - 1) <= share * config.band)) {
-    complain(fmt::format("the reference patches have {:.4f} of their first radiance, {:.4f} off is allowed",
-                         verdict.level, share * config.band));
+    change.unevenness = std::max(change.unevenness, std::abs(ratio / change.level - 1));
+  return change;
+}
+
+// What is compared, in words: many of it, all of it, one of it.
+struct Words {
+  const char *many, *all_have, *their, *one;
+};
+constexpr Words kPatches{"reference patches", "the reference patches have", "their", "a patch"};
+constexpr Words kFlat{"parts of the flat", "the flat has", "its", "a part of the flat"};
+
+std::optional<Change> compare(const Words& words, const scan::LookRecord& first, const scan::LookRecord& now,
+                              double band, double evenness, VisitVerdict& verdict) {
+  if (now.means_dn.size() != first.means_dn.size()) {
+    complain(verdict, fmt::format("{} {} are seen, {} were at first", now.means_dn.size(), words.many,
+                                  first.means_dn.size()));
+    return std::nullopt;
   }
-  if (!(verdict.unevenness <= share * config.evenness)) {
-    complain(fmt::format("the light is uneven: a patch departs by {:.4f} from the others, {:.4f} is allowed",
-                         verdict.unevenness, share * config.evenness));
+  const Change change = change_of(first.means_dn, now.means_dn);
+  // Comparisons that are false for what is not a number.
+  if (!(std::abs(change.level - 1) <= band)) {
+    complain(verdict, fmt::format("{} {:.4f} of {} first radiance, {:.4f} off is allowed", words.all_have,
+                                  change.level, words.their, band));
+  }
+  if (!(change.unevenness <= evenness)) {
+    complain(verdict,
+             fmt::format("the light is uneven: {} departs by {:.4f} from the others, {:.4f} is allowed",
+                         words.one, change.unevenness, evenness));
+  }
+  return change;
+}
+
+// Whether there is light enough for ratios to mean something.
+void check_lit(const machine::ReferenceConfig& config, const scan::LookRecord& patches,
+               const scan::LookRecord* flat, VisitVerdict& verdict) {
+  const auto darkest = [](const scan::LookRecord& look) {
+    return *std::min_element(look.means_dn.begin(), look.means_dn.end());
+  };
+  if (const double dn = darkest(patches); !(dn >= kLeastLit_dn)) {
+    complain(verdict, fmt::format("a reference patch is {:.1f} DN above black; the light is out, or "
+                                  "[reference] exposure_ms too short",
+                                  dn));
+  }
+  if (!config.flat || flat == nullptr) return;
+  if (flat->means_dn.empty()) return complain(verdict, "nothing of the flat is inside the image");
+  if (const double dn = darkest(*flat); !(dn >= kLeastLit_dn)) {
+    complain(verdict, fmt::format("a part of the flat is {:.1f} DN above black; the light is out, or "
+                                  "[reference.flat] exposure_ms too short",
+                                  dn));
   }
 }
 
@@ -70,19 +113,25 @@ VisitVerdict judge_visit(const machine::ReferenceConfig& config,
     verdict.what = "no reference patch is seen from [reference] pose_deg";
     return verdict;
   }
-  for (const double mean : patches->means_dn) {
-    if (mean >= kLeastLit_dn) continue;
-    verdict.what = fmt::format(
-        "a reference patch is {:.1f} DN above black; the light is out, or [reference] "
-        "exposure_ms too short",
-        mean);
-  }
+  const scan::LookRecord* flat = look_named(now, "flat");
+  check_lit(config, *patches, flat, verdict);
   if (!first) return verdict;
   const scan::LookRecord* dark = look_named(now, "dark");
   const scan::LookRecord* first_dark = look_named(*first, "dark");
   if (dark != nullptr && first_dark != nullptr) compare_dark(config, *first_dark, *dark, share, verdict);
-  if (const scan::LookRecord* first_patches = look_named(*first, "patches"); first_patches != nullptr)
-    compare_patches(config, *first_patches, *patches, share, verdict);
+  if (const scan::LookRecord* first_patches = look_named(*first, "patches"); first_patches != nullptr) {
+    const auto change =
+        compare(kPatches, *first_patches, *patches, share * config.band, share * config.evenness, verdict);
+    if (change) std::tie(verdict.level, verdict.unevenness) = std::tie(change->level, change->unevenness);
+  }
+  // One that an earlier rig.toml did not ask for is nothing to compare with.
+  const scan::LookRecord* first_flat = look_named(*first, "flat");
+  if (config.flat && flat != nullptr && first_flat != nullptr) {
+    const auto change =
+        compare(kFlat, *first_flat, *flat, share * config.flat->band, share * config.flat->evenness, verdict);
+    if (change)
+      std::tie(verdict.flat_level, verdict.flat_unevenness) = std::tie(change->level, change->unevenness);
+  }
   return verdict;
 }
 

@@ -67,7 +67,8 @@ void judge_some(const std::uint8_t* data, std::size_t size) {
   expected.exposure_s = 1e-3;
   if (raw.is_image % 2 == 0) expected.last_id = 6;
   const Judgement judgement = judge(expected, facts);
-  if (judgement.verdict == Verdict::bad && judgement.why.empty()) std::abort();
+  if ((judgement.verdict == Verdict::bad || judgement.verdict == Verdict::spoilt) && judgement.why.empty())
+    std::abort();
   if (judgement.verdict != Verdict::good) return;
   const bool whole = facts.is_image && facts.width == 4 && facts.height == 2 && facts.bytes >= 16 &&
                      facts.bytes <= 64 && facts.format == expected.format && facts.line_padding == 0;

@@ -23,20 +23,40 @@ std::string duration_text(double seconds) {
   return fmt::format("{}:{:02}:{:02} h", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
+// Of levels; 0 is none.
+struct Range {
+  double least = 0, most = 0;
+  void add(double level) {
+    if (level == 0) return;
+    least = least == 0 ? level : std::min(least, level);
+    most = std::max(most, level);
+  }
+};
+
+std::string restarts_text(const Report& report) {
+  if (report.restarts_us().empty()) return {};
+  std::string times;
+  for (const std::int64_t us : report.restarts_us()) times += (times.empty() ? "" : ", ") + clock_time(us);
+  return fmt::format("Restarted: rigd was started anew {} {} while the job was under way: {}\n",
+                     report.restarts_us_size(), report.restarts_us_size() == 1 ? "time" : "times", times);
+}
+
 std::string visits_text(const Report& report) {
   if (report.visits().empty()) return {};
-  double least = 0;
-  double most = 0;
+  Range patches;
+  Range flat;
   std::string bad;
   for (const auto& visit : report.visits()) {
     if (!visit.good())
       bad += fmt::format("  {}  visit {}: {}\n", clock_time(visit.time_us()), visit.visit(), visit.what());
-    if (visit.level() == 0 || !visit.good()) continue;
-    least = least == 0 ? visit.level() : std::min(least, visit.level());
-    most = std::max(most, visit.level());
+    if (!visit.good()) continue;
+    patches.add(visit.level());
+    flat.add(visit.flat_level());
   }
   std::string out = fmt::format("\nReference: {} visits", report.visits_size());
-  if (most > 0) out += fmt::format("; the patches between {:.4f} and {:.4f} of the first", least, most);
+  if (patches.most > 0)
+    out += fmt::format("; the patches between {:.4f} and {:.4f} of the first", patches.least, patches.most);
+  if (flat.most > 0) out += fmt::format(", the flat between {:.4f} and {:.4f}", flat.least, flat.most);
   return out + "\n" + bad;
 }
 
@@ -71,6 +91,7 @@ std::string report_text(const Report& report) {
                        duration_text(static_cast<double>(report.ended_us() - report.begun_us()) * 1e-6),
                        duration_text(report.seconds_per_pose()), duration_text(report.suspended_s()));
   }
+  out += restarts_text(report);
   if (!report.suspensions().empty()) out += "\nSuspensions:\n";
   for (const auto& s : report.suspensions()) {
     out +=

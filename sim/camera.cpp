@@ -64,7 +64,7 @@ Result<void> VirtualCamera::arm() {
 }
 
 Result<void> VirtualCamera::check(double exposure_s, double gain) const {
-  if (exposure_ || awaiting_) {
+  if (exposure_ || awaiting_ || machine_->clock().now() < busy_until_) {
     return fail(ErrorCode::busy, "the camera is exposing, or its frame was not fetched", "camera");
   }
   const CameraWorld& camera = machine_->world().camera;
@@ -146,6 +146,10 @@ Result<std::optional<drivers::FrameInfo>> VirtualCamera::fetch(std::span<std::ui
   if (!over || e.dropped) {
     return std::optional<drivers::FrameInfo>();
   }
+  if (machine_->strike(FaultKind::incomplete_frame, kName)) {
+    exposure_.reset();
+    return fail(ErrorCode::damaged, "part of the frame never came", "camera");
+  }
   paint(e, pixels);
   if (machine_->strike(FaultKind::corrupt_frame, kName)) damage(world.camera, counter_, pixels);
   drivers::FrameInfo info{e.exposure_s, e.gain, e.started, counter_};
@@ -158,6 +162,10 @@ Result<void> VirtualCamera::abort() {
   if (auto reached = machine_->reach(kName); !reached) return reached;
   const std::lock_guard lock(mutex_);
   awaiting_.reset();
+  if (exposure_) {
+    if (const auto busy_s = machine_->strike(FaultKind::busy_camera, kName))
+      busy_until_ = machine_->clock().now() + base::seconds(*busy_s);
+  }
   exposure_.reset();
   return {};
 }

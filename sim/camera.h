@@ -52,6 +52,7 @@ class VirtualCamera final : public drivers::Camera {
   std::mutex mutex_;                                   // the trigger line is on another bus
   std::optional<std::pair<double, double>> awaiting_;  // exposure and gain that the next pulse begins
   std::optional<Exposure> exposure_;
+  base::Time busy_until_{};                                   // with one that was aborted
   std::map<std::pair<double, double>, std::uint64_t> taken_;  // by exposure and gain, since armed
   std::uint64_t counter_ = 0;
   std::optional<Scene> rendered_scene_;

@@ -20,7 +20,8 @@ class VirtualAxis final : public drivers::Axis {
 
   [[nodiscard]] drivers::AxisCapabilities capabilities() const override {
     const AxisWorld& a = machine_->world().axes[index_];
-    return {a.resolution_rad, a.max_velocity_rad_s, a.max_acceleration_rad_s2, true, true};
+    return {a.resolution_rad,       a.max_velocity_rad_s, a.max_acceleration_rad_s2, true, true,
+            a.homing_velocity_rad_s};
   }
   [[nodiscard]] Result<void> enable(bool on) override {
     if (auto reached = reach(); !reached) return reached;
@@ -33,6 +34,10 @@ class VirtualAxis final : public drivers::Axis {
   [[nodiscard]] Result<void> move_to(double target_rad, double velocity, double acceleration) override {
     if (auto reached = reach(); !reached) return reached;
     return machine_->move(index_, target_rad, velocity, acceleration);
+  }
+  [[nodiscard]] Result<void> move_by(double delta_rad, double velocity, double acceleration) override {
+    if (auto reached = reach(); !reached) return reached;
+    return machine_->jog(index_, delta_rad, velocity, acceleration);
   }
   [[nodiscard]] Result<void> stop() override {
     if (auto reached = reach(); !reached) return reached;
@@ -80,7 +85,7 @@ class VirtualLines final : public drivers::DigitalIo {
   explicit VirtualLines(Shared machine) : machine_(std::move(machine)) {}
 
   [[nodiscard]] std::vector<drivers::Line> lines() const override {
-    return {{"emergency_stop", false}, {"camera_trigger", true}};
+    return {{"emergency_stop", false}, {"camera_trigger", true, false}};
   }
   [[nodiscard]] Result<std::vector<bool>> read() override {
     if (auto reached = machine_->reach("lines"); !reached) return base::pass(reached);

@@ -32,8 +32,8 @@ struct Kind {
   Range range;
 };
 
-const std::array<Kind, 15>& kinds() {
-  static const std::array<Kind, 15> all{{
+const std::array<Kind, 18>& kinds() {
+  static const std::array<Kind, 18> all{{
       {"stall", FaultKind::stall, &kAxisDevices, "share", Unit::one, 0.5, {0, 0.99}},
       {"lost-steps", FaultKind::lost_steps, &kAxisDevices, "by_deg", Unit::degrees, std::nullopt, {-90, 90}},
       {"backlash", FaultKind::backlash, &kAxisDevices, "by_deg", Unit::degrees, std::nullopt, {0, 10}},
@@ -45,6 +45,8 @@ const std::array<Kind, 15>& kinds() {
       {"unplugged", FaultKind::unplugged, &kAllDevices, nullptr, Unit::one, 0.0, {0, 0}},
       {"dropped-frame", FaultKind::dropped_frame, &kCameraDevice, nullptr, Unit::one, 0.0, {0, 0}},
       {"corrupt-frame", FaultKind::corrupt_frame, &kCameraDevice, nullptr, Unit::one, 0.0, {0, 0}},
+      {"incomplete-frame", FaultKind::incomplete_frame, &kCameraDevice, nullptr, Unit::one, 0.0, {0, 0}},
+      {"busy", FaultKind::busy_camera, &kCameraDevice, "by_s", Unit::seconds, 1.0, {0, 86400}},
       {"light-fails", FaultKind::light_fails, &kLightDevice, nullptr, Unit::one, 0.0, {0, 0}},
       {"light-drift", FaultKind::light_drift, &kLightDevice, "share", Unit::one, std::nullopt, {0, 1}},
       {"light-excursion",
@@ -55,6 +57,7 @@ const std::array<Kind, 15>& kinds() {
        std::nullopt,
        {-1, 1}},
       {"clock-step", FaultKind::clock_step, &kLinesDevice, "by_s", Unit::seconds, std::nullopt, {0, 1e9}},
+      {"disk-full", FaultKind::disk_full, &kLinesDevice, "by_s", Unit::seconds, 1.0, {0, 1e6}},
   }};
   return all;
 }

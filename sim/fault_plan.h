@@ -12,21 +12,24 @@
 namespace rig::sim {
 
 enum class FaultKind {
-  stall,            ///< a move ends part of the way and the drive goes on pushing
-  lost_steps,       ///< a move after which the axis truly stands elsewhere than its readback says
-  backlash,         ///< more of it
-  limit_switch,     ///< reads active wherever the axis stands
-  emergency_stop,   ///< somebody presses it
-  slow,             ///< a call that returns late
-  garbage,          ///< a reply whose values are no numbers
-  lost,             ///< calls that fail with an error of the device
-  unplugged,        ///< calls that say lost: the device is gone and may come back
-  dropped_frame,    ///< an exposure whose frame never comes
-  corrupt_frame,    ///< lines of zeros, or samples beyond the sensor's bits
-  light_fails,      ///< the lamp goes out and says so
-  light_drift,      ///< the light depends on the angles that were asked for
-  light_excursion,  ///< the light gives more or less than its level
-  clock_step,       ///< time jumps forward
+  stall,             ///< a move ends part of the way and the drive goes on pushing
+  lost_steps,        ///< a move after which the axis truly stands elsewhere than its readback says
+  backlash,          ///< more of it
+  limit_switch,      ///< reads active wherever the axis stands
+  emergency_stop,    ///< somebody presses it
+  slow,              ///< a call that returns late
+  garbage,           ///< a reply whose values are no numbers
+  lost,              ///< calls that fail with an error of the device
+  unplugged,         ///< calls that say lost: the device is gone and may come back
+  dropped_frame,     ///< an exposure whose frame never comes
+  corrupt_frame,     ///< lines of zeros, or samples beyond the sensor's bits
+  incomplete_frame,  ///< a frame of which a part never came: the camera says so
+  busy_camera,       ///< an exposure that was aborted goes on for a while
+  light_fails,       ///< the lamp goes out and says so
+  light_drift,       ///< the light depends on the angles that were asked for
+  light_excursion,   ///< the light gives more or less than its level
+  clock_step,        ///< time jumps forward
+  disk_full,         ///< no file grows
 };
 
 struct Fault {

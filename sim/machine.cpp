@@ -141,11 +141,20 @@ bool Machine::emergency_stop() {
   if (const auto step_s = strike(FaultKind::clock_step, "lines")) {
     clock_.not_before(clock_.now() + base::seconds(*step_s));
   }
+  fill_disk();
   if (const auto held_s = strike(FaultKind::emergency_stop, "lines")) {
     pressed_until_ns_ = now_ns() + std::llround(1e9 * *held_s);
   }
   catch_up();
   return std::exchange(press_unread_, false) || button_pressed();
+}
+
+void Machine::fill_disk() {
+  if (const auto full_s = strike(FaultKind::disk_full, "lines")) {
+    disk_full_until_ns_ = now_ns() + std::llround(1e9 * *full_s);
+    if (!disk_full_) disk_full_.emplace();
+  }
+  if (disk_full_ && now_ns() >= disk_full_until_ns_) disk_full_.reset();
 }
 
 drivers::AxisState Machine::axis_state(std::size_t index) {
@@ -203,6 +212,22 @@ Result<void> Machine::home(std::size_t index) {
 Result<void> Machine::move(std::size_t index, double target_rad, double velocity, double acceleration) {
   const std::lock_guard lock(mutex_);
   catch_up();
+  return set_off(index, target_rad, velocity, acceleration);
+}
+
+Result<void> Machine::jog(std::size_t index, double by_rad, double velocity, double acceleration) {
+  const std::lock_guard lock(mutex_);
+  catch_up();
+  const AxisMemory& axis = memory_.axes[index];
+  const AxisWorld& world = world_.axes[index];
+  if (axis_moving(axis, world, now_ns()) || stalled_[index]) {
+    return fail(ErrorCode::busy, "the axis moves", kAxisNames[index]);
+  }
+  const auto here = static_cast<double>(counts_of(world, axis_position(axis, world, now_ns())));
+  return set_off(index, here * world.resolution_rad + by_rad, velocity, acceleration);
+}
+
+Result<void> Machine::set_off(std::size_t index, double target_rad, double velocity, double acceleration) {
   AxisMemory& axis = memory_.axes[index];
   const AxisWorld& world = world_.axes[index];
   if (axis.enabled == 0) return fail(ErrorCode::device, "the drive has no power", kAxisNames[index]);

@@ -11,6 +11,7 @@
 #include "drivers/api/device.h"
 #include "sim/faults.h"
 #include "sim/press_watch.h"
+#include "sim/size_limit.h"
 #include "sim/state_file.h"
 #include "sim/wire_log.h"
 #include "sim/world.h"
@@ -47,6 +48,8 @@ class Machine {
   [[nodiscard]] base::Result<void> home(std::size_t axis);
   [[nodiscard]] base::Result<void> move(std::size_t axis, double target_rad, double velocity,
                                         double acceleration);
+  /// By so much from where its counts say that it stands.
+  [[nodiscard]] base::Result<void> jog(std::size_t axis, double by_rad, double velocity, double acceleration);
   [[nodiscard]] base::Result<void> stop(std::size_t axis);
 
   [[nodiscard]] drivers::LightState light_state();
@@ -64,6 +67,9 @@ class Machine {
   [[nodiscard]] Scene scene();
 
  private:
+  /// With the lock held.
+  [[nodiscard]] base::Result<void> set_off(std::size_t axis, double target_rad, double velocity,
+                                           double acceleration);
   Machine(const World& world, base::Clock& clock, std::filesystem::path folder, StateFile file,
           Faults::Complain complain);
   [[nodiscard]] std::int64_t now_ns() const;
@@ -76,6 +82,7 @@ class Machine {
   [[nodiscard]] bool button_pressed() const;
   /// Brings the memory up to the present: power cut by the button, homing that has ended.
   void catch_up();
+  void fill_disk();
   void save();
 
   std::mutex trigger_mutex_;
@@ -93,6 +100,8 @@ class Machine {
   std::array<bool, kAxes> stalled_{};  // pushes and does not move
   std::int64_t pressed_until_ns_ = 0;  // the button, by a fault
   bool lamp_failed_ = false;
+  std::optional<SizeLimit> disk_full_;
+  std::int64_t disk_full_until_ns_ = 0;
 };
 
 }  // namespace rig::sim

@@ -5,13 +5,12 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <numeric>
 #include <utility>
 
 #include "core/base/files.h"
 #include "core/base/progress.h"
 #include "core/base/units.h"
-#include "core/machine/exposure_prediction.h"
+#include "core/machine/exposure_bounds.h"
 #include "core/machine/kinematics.h"
 #include "core/machine/pose_order.h"
 
@@ -29,25 +28,6 @@ bool sees_whole_sample(const machine::RigConfig& rig, const JointAngles& angles)
   return std::all_of(outline->begin(), outline->end(), [&camera](geometry::Vec2 p) {
     return p.x >= -0.5 && p.y >= -0.5 && p.x <= camera.width - 0.5 && p.y <= camera.height - 0.5;
   });
-}
-
-// The bracket of a pose if every exposure of it is taken.
-double bracket_s(const machine::RigConfig& rig, const machine::ExposureConfig& exposure,
-                 const JointAngles& pose) {
-  const auto sum = [](const std::vector<double>& bracket) {
-    return std::accumulate(bracket.begin(), bracket.end(), 0.0);
-  };
-  switch (exposure.strategy) {
-    case machine::ExposureStrategy::fixed:
-      return sum(exposure.exposures_s);
-    case machine::ExposureStrategy::halve:
-      return exposure.longest_s * (2 - std::ldexp(1.0, 1 - exposure.most_frames));
-    case machine::ExposureStrategy::predicted:
-      return sum(machine::predicted_bracket_s(exposure, machine::mirror_angle_rad(rig, pose)));
-    case machine::ExposureStrategy::adaptive:
-      return exposure.first_s + exposure.longest_s * (exposure.most_frames - 1);
-  }
-  return 0;
 }
 
 // One line: how many values fall into each ten degrees.
@@ -107,7 +87,8 @@ base::Result<Plan> make_plan(const machine::RigConfig& rig, const PlanRequest& r
     if (!sees_whole_sample(rig, choice->poses[i])) ++plan.cut_off;
   }
   plan.motion_s = tour.travel_s;
-  for (const JointAngles& pose : plan.job.poses) plan.exposure_s += bracket_s(rig, request.exposure, pose);
+  for (const JointAngles& pose : plan.job.poses)
+    plan.exposure_s += machine::longest_bracket_s(rig, request.exposure, pose);
   plan.warm_up_s = rig.light.warm_up_s;
   if (auto ok = machine::check_job(rig, plan.job); !ok) return base::pass(ok);
   return plan;

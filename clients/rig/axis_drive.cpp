@@ -60,6 +60,15 @@ Result<void> AxisDrive::home_all() const {
   return or_stopped(to_, client::home(to_, {}));
 }
 
+Result<bool> AxisDrive::jog(double by_deg) const {
+  dialogue_->say(fmt::format("  moves by {:g} deg ...", by_deg));
+  const auto moved = or_stopped(to_, client::jog(to_, axis_, by_deg));
+  if (moved) return true;
+  if (moved.error().code != ErrorCode::refused) return pass(moved);
+  dialogue_->say("  " + moved.error().text());
+  return false;
+}
+
 Result<std::optional<double>> AxisDrive::go_to(double angle_deg) {
   const auto before = position();
   if (!before) return pass(before);

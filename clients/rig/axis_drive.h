@@ -29,6 +29,10 @@ class AxisDrive {
   /// and nothing handed back.
   [[nodiscard]] Result<std::optional<double>> go_to(double angle_deg);
 
+  /// By so much from where it stands, before it is homed. False where rigd refused it, which is told to the
+  /// person.
+  [[nodiscard]] Result<bool> jog(double by_deg) const;
+
  private:
   const Connection to_;
   const std::string axis_;

@@ -60,6 +60,7 @@ class AxisSetup {
 
   Result<void> run() {
     if (auto ok = begin(); !ok) return ok;
+    if (ends_here_) return finish();
     for (const auto step :
          {&AxisSetup::direction, &AxisSetup::scale, &AxisSetup::limits, &AxisSetup::homing}) {
       if (auto ok = (this->*step)(); !ok) return ok;
@@ -96,7 +97,35 @@ class AxisSetup {
     dialogue_.say(
         "\nIt moves after a yes, never otherwise. Keep the emergency stop at hand; Ctrl-C stops a movement,\n"
         "and leaves rig.toml as it is. An empty answer is the one in capitals.");
+    if (!axis->homed()) {
+      if (auto ok = direction_before_homing(); !ok || ends_here_) return ok;
+    }
     return home_what_needs_it();
+  }
+
+  // One that turns the wrong way would look for its home at the wrong end.
+  Result<void> direction_before_homing() {
+    dialogue_.say(fmt::format(
+        "\nDirection, before it is homed. Positive means: {}.\n"
+        "  It goes at its reduced speed (jog_velocity_deg_s). rigd does not know where it stands and "
+        "keeps no limits\n  and no keep-out zones: look that nothing is in its way.",
+        positive_sense().at(file_.axis)));
+    const auto yes = dialogue_.agrees(
+        fmt::format("  Move it by {:g} deg? (no: the direction is looked at once it is homed)",
+                    options_.jog_deg),
+        true);
+    if (!yes) return pass(yes);
+    if (!*yes) return {};
+    bool there = false;
+    return show_direction([this, there]() mutable -> Result<bool> {
+      if (there) {
+        const auto back = drive_.jog(-options_.jog_deg);
+        if (!back || !*back) return back;
+      }
+      const auto moved = drive_.jog(options_.jog_deg);
+      there = there || (moved && *moved);
+      return moved;
+    });
   }
 
   Result<void> home_what_needs_it() {
@@ -113,6 +142,7 @@ class AxisSetup {
   }
 
   Result<void> direction() {
+    if (direction_seen_) return {};
     const auto start = drive_.position();
     if (!start) return pass(start);
     const double from = *start + options_.jog_deg <= file_.max_deg ? *start : *start - options_.jog_deg;
@@ -125,14 +155,21 @@ class AxisSetup {
         fmt::format("  Move from {:.3f} to {:.3f} deg?", from, from + options_.jog_deg), true);
     if (!yes) return pass(yes);
     if (!*yes) return {};
-    auto moved = jog_from(from);
+    return show_direction([this, from] { return jog_from(from); });
+  }
+
+  // `show` moves; false where rigd refused that.
+  template <typename Show>
+  Result<void> show_direction(Show show) {
+    Result<bool> moved = show();
     while (moved && *moved) {
       const auto answer = dialogue_.ask("  Was that the positive sense? [y/n/again/skip]");
       if (!answer) return pass(answer);
+      direction_seen_ = *answer == "y";
       if (*answer == "y" || *answer == "skip") return {};
       if (*answer == "n") return turn_direction();
       // Only where it is asked for: a slip of the hand moves nothing.
-      if (*answer == "again") moved = jog_from(from);
+      if (*answer == "again") moved = show();
     }
     if (!moved) return pass(moved);
     return {};
@@ -338,6 +375,7 @@ class AxisSetup {
   AxisChanges changes_;
   std::vector<std::string> by_hand_;
   bool ends_here_ = false;
+  bool direction_seen_ = false;  // to be right
 };
 
 }  // namespace

@@ -17,8 +17,8 @@ struct AxisSetupOptions {
   int answers = STDIN_FILENO;
 };
 
-/// Asks, moves as it is told, and at the end changes `config` if the person agrees. Moves by rigd's own Home
-/// and Move, each after a yes; rigd's limits and keep-out zones hold.
+/// Asks, moves as it is told, and at the end changes `config` if the person agrees. Moves by rigd's own Jog,
+/// Home and Move, each after a yes; once homed rigd's limits and keep-out zones hold.
 [[nodiscard]] Result<void> axis_setup(const Connection& to, const AxisSetupOptions& options);
 
 }  // namespace rig::client

@@ -56,6 +56,13 @@ Result<void> move(const Connection& to, const std::map<std::string, double>& ang
   return only_done(ask(to, request, kLongestMotion_s));
 }
 
+Result<void> jog(const Connection& to, const std::string& axis, double by_deg) {
+  Request request;
+  request.mutable_jog()->set_axis(axis);
+  request.mutable_jog()->set_by_deg(by_deg);
+  return only_done(ask(to, request, kLongestMotion_s));
+}
+
 Result<void> stop(const Connection& to, const std::string& reason) {
   Request request;
   request.mutable_stop()->set_reason(reason);

@@ -20,6 +20,8 @@ using base::Result;
 /// No axes: all.
 [[nodiscard]] Result<void> home(const Connection& to, const std::vector<std::string>& axes);
 [[nodiscard]] Result<void> move(const Connection& to, const std::map<std::string, double>& angles_deg);
+/// One axis by so much, homed or not; done when it stands there.
+[[nodiscard]] Result<void> jog(const Connection& to, const std::string& axis, double by_deg);
 [[nodiscard]] Result<void> stop(const Connection& to, const std::string& reason);
 [[nodiscard]] Result<void> clear(const Connection& to);
 struct LightChange {

@@ -108,6 +108,18 @@ std::string describe_status(const protocol::Status& status) {
   return out;
 }
 
+std::string describe_suspension(const protocol::Suspension& suspension) {
+  std::string out =
+      fmt::format("{} for {}", suspension.condition(), base::format_duration(suspension.suspended_s()));
+  if (suspension.limit_s() > 0)
+    out += fmt::format(" of at most {}", base::format_duration(suspension.limit_s()));
+  return out;
+}
+
+std::string describe_bytes(double bytes) {
+  return bytes >= 1e9 ? fmt::format("{:.1f} GB", bytes * 1e-9) : fmt::format("{:.1f} MB", bytes * 1e-6);
+}
+
 std::string describe_preflight(const protocol::Preflight& flight) {
   std::string out = fmt::format("{} poses, at most {} frames and {:.1f} MB\n", flight.poses(),
                                 flight.frames(), static_cast<double>(flight.bytes_needed()) * 1e-6);
@@ -117,6 +129,8 @@ std::string describe_preflight(const protocol::Preflight& flight) {
     out += fmt::format("{:.1f} MB are free\n", static_cast<double>(flight.bytes_free()) * 1e-6);
   }
   out += fmt::format("the lamp will have burnt {:.1f} h\n", flight.lamp_hours());
+  if (flight.visits() > 0) out += fmt::format("{} reference visits\n", flight.visits());
+  for (const std::string& warning : flight.warnings()) out += "warning: " + warning + "\n";
   for (const std::string& problem : flight.problems()) out += "problem: " + problem + "\n";
   return out;
 }

@@ -14,6 +14,10 @@ namespace rig::client {
 [[nodiscard]] std::string describe_mode(const protocol::Status& status);
 [[nodiscard]] std::string describe_light(const protocol::LightStatus& light);
 /// What a job would take, and its problems; several lines, each with its end.
+/// What keeps a job from going on, for how long already, and how long it may; without the reason.
+[[nodiscard]] std::string describe_suspension(const protocol::Suspension& suspension);
+/// "12.3 GB", "45.6 MB".
+[[nodiscard]] std::string describe_bytes(double bytes);
 [[nodiscard]] std::string describe_preflight(const protocol::Preflight& flight);
 /// Several lines, each with its end.
 [[nodiscard]] std::string describe_status(const protocol::Status& status);

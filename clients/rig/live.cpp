@@ -11,6 +11,7 @@
 #include "clients/rig/ask.h"
 #include "clients/rig/format.h"
 #include "clients/rig/live_view.h"
+#include "clients/rig/local_frames.h"
 #include "clients/rig/terminal.h"
 #include "core/base/interrupt.h"
 
@@ -110,16 +111,13 @@ class Live {
     look.mutable_get_status();
     const auto status = ask(to_, look, to_.wait_s);
     if (!status) return pass(status);
-    protocol::Request request;
-    auto& wanted = *request.mutable_snap();
-    wanted.set_exposure_us(exposure_us_);
-    wanted.set_full(content() == FrameContent::raw || content_to_save() == FrameContent::raw);
-    wanted.set_preview_width(preview_width_);
-    auto reply = ask(to_, request, exposure_us_ * 1e-6 + kAnswer_s);
-    if (!reply) return pass(reply);
-    auto frame = measure_frame(reply->frame(), content(), rig_, status->status(), finder_);
+    bool from_memory = false;
+    auto snapped = snap(from_memory);
+    if (!snapped) return pass(snapped);
+    auto frame = measure_frame(*snapped, content(), rig_, status->status(), finder_);
     if (!frame) return pass(frame);
-    last_ = std::move(*reply->mutable_frame());
+    frame->from_memory = from_memory;
+    last_ = std::move(*snapped);
     view_.frame = std::move(*frame);
     view_.picture = *last_;
     view_.picture.clear_raw();
@@ -130,6 +128,34 @@ class Live {
     view_.light = describe_light(status->status().light());
     view_.note.clear();
     return {};
+  }
+
+  Result<protocol::Frame> snap(bool& from_memory) {
+    const bool needs_raw = content() == FrameContent::raw || content_to_save() == FrameContent::raw;
+    if (needs_raw && local_) {
+      auto frame = ask_snap(false);
+      if (!frame) return frame;
+      from_memory = local_->add_raw(*frame);
+      if (from_memory) return frame;
+      // Overtaken by other frames; or rigd was started again.
+      if (local_->ended()) {
+        auto again = LocalFrames::beside(to_.endpoint);
+        local_.reset();
+        if (again) local_.emplace(std::move(*again));
+      }
+    }
+    return ask_snap(needs_raw);
+  }
+
+  Result<protocol::Frame> ask_snap(bool full) {
+    protocol::Request request;
+    auto& wanted = *request.mutable_snap();
+    wanted.set_exposure_us(exposure_us_);
+    wanted.set_full(full);
+    wanted.set_preview_width(preview_width_);
+    auto reply = ask(to_, request, exposure_us_ * 1e-6 + kAnswer_s);
+    if (!reply) return pass(reply);
+    return std::move(*reply->mutable_frame());
   }
 
   [[nodiscard]] FrameContent content_to_save() const {
@@ -189,6 +215,7 @@ class Live {
   const std::optional<machine::RigConfig> rig_;
   calibration::TagFinder finder_;
   const std::uint32_t preview_width_;  // 0: raw
+  std::optional<LocalFrames> local_ = LocalFrames::beside(to_.endpoint);
   double exposure_us_;
   std::optional<protocol::Frame> last_;
   LiveView view_;

@@ -13,6 +13,7 @@ namespace rig::client {
 
 struct LiveFrame {
   FrameContent content = FrameContent::raw;  ///< on which it was measured
+  bool from_memory = false;                  ///< rigd's own (local_frames.h); else through its socket
   double exposure_us = 0;
   Region region;  ///< of focus and clipping, pixels of what it was measured on
   double focus = 0;

@@ -124,10 +124,12 @@ std::string live_figures(const LiveFrame& frame) {
   const Region& region = frame.region;
   return fmt::format(
       "exposure_ms {:.6g}\nfocus {:.6g}\nlevel_percent {:.4g}\nsaturated_percent {:.6g}\nblack_percent "
-      "{:.6g}\nfiducials {}\nfiducial_ids {}\nregion_px {} {} {} {}\nmeasured_on {}\n",
+      "{:.6g}\nfiducials {}\nfiducial_ids {}\nregion_px {} {} {} {}\nmeasured_on {}\n"
+      "frame_from {}\n",
       frame.exposure_us * 1e-3, frame.focus, 100 * frame.exposed.level, 100 * frame.exposed.saturated_share,
       100 * frame.exposed.black_share, frame.fiducials.size(), fmt::join(frame.fiducials, " "), region.x0,
-      region.y0, region.width(), region.height(), measured_on(frame));
+      region.y0, region.width(), region.height(), measured_on(frame),
+      frame.from_memory ? "memory" : "socket");
 }
 
 }  // namespace rig::client

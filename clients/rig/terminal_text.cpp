@@ -34,6 +34,26 @@ std::string cut(const std::string& line, std::size_t width) {
   return line;
 }
 
+std::vector<std::string> wrapped(const std::string& text, std::size_t width, const std::string& indent) {
+  std::vector<std::string> lines;
+  std::string left = text;
+  while (display_width(left) > width) {
+    std::string line = cut(left, width);
+    const bool between_words = left[line.size()] == ' ';
+    const std::size_t space = line.rfind(' ');
+    // An indent alone is no line.
+    if (!between_words && space != std::string::npos && line.find_first_not_of(' ') < space)
+      line.resize(space);
+    if (line.size() <= (lines.empty() ? 0 : indent.size())) break;  // too narrow to break
+    std::string rest = left.substr(line.size());
+    rest.erase(0, rest.find_first_not_of(' '));
+    lines.push_back(std::move(line));
+    left = indent + rest;
+  }
+  lines.push_back(std::move(left));
+  return lines;
+}
+
 std::string padded(const std::string& line, std::size_t width) {
   const std::size_t has = display_width(line);
   return has < width ? line + std::string(width - has, ' ') : line;

@@ -20,6 +20,11 @@ struct TerminalStyle {
 /// The line cut to so many letters. Only for lines without colours.
 [[nodiscard]] std::string cut(const std::string& line, std::size_t width);
 
+/// The text in lines of at most so many letters, broken between words where there are any; those after the
+/// first begin with `indent`. Only for text without colours.
+[[nodiscard]] std::vector<std::string> wrapped(const std::string& text, std::size_t width,
+                                               const std::string& indent);
+
 /// With spaces behind it up to so many letters.
 [[nodiscard]] std::string padded(const std::string& line, std::size_t width);
 

@@ -115,7 +115,8 @@ class Watch {
     if (!reply) return base::pass(reply);
     bool idle = true;
     for (const auto& job : reply->jobs().jobs()) {
-      if (job.state() == protocol::ACTIVE || job.state() == protocol::SUSPENDED) take_up(job);
+      // One that is held may be the one that rigd is at, or wait in the queue, where nothing suspends it.
+      if (job.state() == protocol::ACTIVE || !job.suspensions().empty()) take_up(job);
       if (goes_on(job)) {
         idle = false;
         followed_.insert(job.job());
@@ -185,11 +186,12 @@ class Watch {
       if (!checked.problem().empty()) screen_->message(checked.problem());
     } else if (event.has_reference_visited()) {
       const auto& visited = event.reference_visited();
-      screen_->message(fmt::format(
-          "reference visit {}: {}", visited.visit(),
-          visited.good()
-              ? fmt::format("good, the patches have {:.4f} of their first radiance", visited.level())
-              : fmt::format("{}; {} poses are queued again", visited.what(), visited.poses_again())));
+      std::string found = fmt::format("{}; {} poses are queued again", visited.what(), visited.poses_again());
+      if (visited.good()) {
+        found = fmt::format("good, the patches have {:.4f} of their first radiance", visited.level());
+        if (visited.flat_level() > 0) found += fmt::format(", the flat {:.4f} of its", visited.flat_level());
+      }
+      screen_->message(fmt::format("reference visit {}: {}", visited.visit(), found));
     } else if (event.has_alarm()) {
       screen_->message("alarm: " + event.alarm().text());
     }
@@ -229,6 +231,11 @@ class Watch {
                                          : std::string("time left not known yet");
       progress = fmt::format("job {} '{}': {}/{} poses, {}; {}", job_.job(), job_.name(), job_.done(),
                              job_.poses(), left, pose_);
+    } else if (!job_.suspensions().empty()) {
+      progress = fmt::format("job {} '{}': {}/{} poses, suspended", job_.job(), job_.name(), job_.done(),
+                             job_.poses());
+      for (const auto& on : job_.suspensions())
+        progress += fmt::format("; {}: {}", describe_suspension(on), on.reason());
     }
     screen_->show(view_, progress);
   }

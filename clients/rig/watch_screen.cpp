@@ -1,5 +1,6 @@
 #include "clients/rig/watch_screen.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <unistd.h>
@@ -29,7 +30,9 @@ class LineScreen : public WatchScreen {
     const auto now = Steady::now();
     if (progress.empty()) return;
     if (terminal_) {
-      std::printf("\r\033[K%s", progress.c_str());
+      // A line that goes on in the next row would stay there.
+      const auto width = static_cast<std::size_t>(std::max(terminal_style().columns - 1, 1));
+      std::printf("\r\033[K%s", cut(progress, width).c_str());
       std::fflush(stdout);
       open_ = true;
     } else if (now - printed_ > std::chrono::seconds(10)) {

@@ -59,6 +59,34 @@ std::vector<std::string> job_lines(const WatchView& view, bool utf8) {
   return lines;
 }
 
+// What keeps the job from going on: the condition, its age and its limit, then the reason.
+std::vector<std::string> suspension_lines(const protocol::JobInfo& job, std::size_t width) {
+  std::vector<std::string> lines;
+  for (const auto& suspension : job.suspensions()) {
+    for (auto& line :
+         wrapped("suspended by " + describe_suspension(suspension) + ": " + suspension.reason(), width, "  "))
+      lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+std::string rough_duration(double seconds) {
+  constexpr double kDay_s = 86400;
+  return seconds < 2 * kDay_s ? base::format_duration(seconds) : fmt::format("{:.0f} days", seconds / kDay_s);
+}
+
+// The room that the running job has, and when the disk is full at the pace seen here.
+std::vector<std::string> disk_lines(const WatchView& view) {
+  const auto free = static_cast<double>(view.status.free_bytes());
+  const auto left = static_cast<double>(view.status.bytes_left());
+  if (free == 0) return {};
+  std::string line = fmt::format("disk {} free", describe_bytes(free));
+  if (left > 0) line += fmt::format(", the job needs {}", describe_bytes(left));
+  if (left > 0 && view.seconds_left > 0)
+    line += ", full in " + rough_duration(view.seconds_left * free / left);
+  return {line};
+}
+
 // The pose under way, and the exposures of the newest bracket, which may still be that of the pose before.
 std::vector<std::string> exposure_lines(const WatchView& view) {
   if (view.job.job() == 0) return {};
@@ -110,6 +138,8 @@ std::vector<double> preview_histogram(const protocol::Frame& preview, std::size_
 std::vector<std::string> draw_watch(const WatchView& view, const TerminalStyle& style) {
   const auto columns = static_cast<std::size_t>(std::max(style.columns, 1));
   const auto rows = static_cast<std::size_t>(std::max(style.rows, 1));
+  const bool wide = columns >= kTextWidth + 2 + kNarrowestPicture;
+  const std::size_t text_width = wide ? kTextWidth : columns;
   std::vector<std::string> lines;
   const auto add = [&lines](std::vector<std::string> more) {
     lines.insert(lines.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
@@ -117,15 +147,15 @@ std::vector<std::string> draw_watch(const WatchView& view, const TerminalStyle& 
   const auto& status = view.status;
   add({fmt::format("{}: {}", status.rig_name(), describe_mode(status)), ""});
   add(job_lines(view, style.utf8));
+  add(suspension_lines(view.job, text_width));
   add(exposure_lines(view));
   add({""});
   add(axis_lines(status));
   add({describe_light(status.light())});
+  add(disk_lines(view));
   const std::size_t needed = lines.size();
   if (needed + 2 <= rows) add(histogram_lines(view.preview, style.utf8));
 
-  const bool wide = columns >= kTextWidth + 2 + kNarrowestPicture;
-  const std::size_t text_width = wide ? kTextWidth : columns;
   std::vector<std::string> beside;
   if (wide && style.colour && style.utf8) {
     beside = picture_lines(view.preview, std::min(columns - kTextWidth - 2, kWidestPicture), rows);

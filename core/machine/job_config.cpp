@@ -264,6 +264,7 @@ base::Result<void> check_job(const RigConfig& rig, const JobConfig& job) {
   if (rig.unattended.reference) {
     check_exposure(rig.unattended.reference->exposure_s);
     check_exposure(rig.unattended.reference->dark_exposure_s);
+    if (rig.unattended.reference->flat) check_exposure(rig.unattended.reference->flat->exposure_s);
   }
   // The way to a pose begins at the last one that the rig can take.
   const JointAngles* before = nullptr;

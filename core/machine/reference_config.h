@@ -8,9 +8,24 @@
 
 namespace rig::machine {
 
-/// A visit takes a dark frame and one of the carrier's reference patches, at the same pose each time, and is
-/// compared with the scan's first. What fails it suspends the job, and the poses since the last good visit
-/// are taken again.
+/// [reference.flat]: a frame of a target that is equally bright everywhere. It shows what the patches, few
+/// and small, do not: light that falls unevenly, dust, what the optics lose.
+struct FlatConfig {
+  JointAngles pose_rad{};  ///< where the target is seen lit
+  double exposure_s = 0;
+  /// The target as a rectangle in the carrier's plane; none: it fills the image.
+  struct Target {
+    double x_m = 0, y_m = 0;  ///< of its centre
+    double width_m = 0, height_m = 0;
+  };
+  std::optional<Target> target;
+  double band = 0.02;      ///< farthest that its mean may be from the first visit's, relative
+  double evenness = 0.02;  ///< farthest that one part of it may depart from what all of them did, relative
+};
+
+/// A visit takes a dark frame, one of the carrier's reference patches and, where asked for, a flat, each at
+/// the same pose every time, and is compared with the scan's first. What fails it suspends the job, and the
+/// poses since the last good visit are taken again.
 struct ReferenceConfig {
   JointAngles pose_rad{};  ///< patches lit, and seen away from their highlight
   double exposure_s = 0;   ///< of the patches
@@ -24,6 +39,7 @@ struct ReferenceConfig {
   double turn_rad = 0.005;  ///< and turned
   int attempts = 3;         ///< bad visits one after the other, before a person is waited for
   double again_s = 600;     ///< from a bad visit to the next
+  std::optional<FlatConfig> flat;
 };
 
 /// Reads the table [reference]; none: nothing. Mistakes are noted in it.

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/units.h"
+#include "core/machine/kinematics.h"
 #include "core/machine/limits.h"
 
 namespace rig::machine {
@@ -264,6 +265,27 @@ void check_devices_differ(const ConfigTable& root, const RigConfig& rig) {
   use(rig.light.device, "light");
 }
 
+// Whether the rig may stand where the flat is taken, and sees its target there.
+base::Result<void> check_flat(const RigConfig& rig) {
+  const auto& flat = rig.unattended.reference->flat;
+  if (!flat) return {};
+  if (auto stands = check_standing(rig, flat->pose_rad); !stands) {
+    return base::fail(base::ErrorCode::bad_input,
+                      "the rig may not stand where the flat is taken: " + stands.error().what);
+  }
+  if (!flat->target) return {};
+  const auto& camera = rig.camera.intrinsics;
+  const auto outline = rectangle_outline(rig, flat->pose_rad, {flat->target->x_m, flat->target->y_m},
+                                         flat->target->width_m, flat->target->height_m);
+  const bool seen = outline && std::all_of(outline->begin(), outline->end(), [&camera](geometry::Vec2 p) {
+                      return p.x >= 0 && p.y >= 0 && p.x <= camera.width - 1 && p.y <= camera.height - 1;
+                    });
+  if (seen) return {};
+  return base::fail(base::ErrorCode::bad_input,
+                    "[reference.flat] target_mm is not wholly inside the image at its pose", {},
+                    "another pose_deg, a smaller target, or none where it fills the image");
+}
+
 base::Result<RigConfig> read_rig(const ConfigTable& root) {
   if (const auto format = root.integer("format", 1, kAnyFormat); format > kRigFormat) {
     return base::fail(base::ErrorCode::newer,
@@ -326,6 +348,10 @@ base::Result<RigConfig> read_rig(const ConfigTable& root) {
       return base::fail(base::ErrorCode::bad_input,
                         "the rig may not stand where the reference is looked at: " + stands.error().what,
                         root.where("reference"));
+    }
+    if (auto seen = check_flat(rig); !seen) {
+      return base::fail(base::ErrorCode::bad_input, seen.error().what, root.where("reference"),
+                        seen.error().hint);
     }
   }
   return rig;

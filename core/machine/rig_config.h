@@ -27,7 +27,7 @@ struct AxisConfig {
   double min_rad = 0, max_rad = 0;  ///< travel limits; min < max
   double max_velocity_rad_s = 0;
   double max_acceleration_rad_s2 = 0;
-  double jog_velocity_rad_s = 0;  ///< reduced speed, the only one before homing
+  double jog_velocity_rad_s = 0;  ///< reduced speed: of jogs before homing, and the most of homing
   double tolerance_rad = 0;       ///< |readback - target| at arrival
   double settle_s = 0;
   double approach_rad = 0;   ///< length of the final approach from below; 0: approach from anywhere

@@ -353,6 +353,15 @@ Result<std::vector<VisitRecord>> Journal::visits() const {
   return read_visits(state_->database);
 }
 
+Result<base::Time> Journal::latest() const {
+  auto query = state_->database.prepare(
+      "SELECT max((SELECT coalesce(max(committed_ns), 0) FROM poses), "
+      "(SELECT coalesce(max(time_ns), 0) FROM visits))");
+  if (!query) return pass(query);
+  if (auto row = query->step(); !row) return pass(row);
+  return time_from(query->integer(0));
+}
+
 Result<VisitsSoFar> Journal::visits_so_far() const {
   auto all = visits();
   if (!all) return pass(all);

@@ -101,6 +101,9 @@ class Journal {
   [[nodiscard]] base::Result<std::vector<std::int64_t>> record_visit(const VisitRecord& visit, bool retake,
                                                                      const std::vector<EventRecord>& events);
   [[nodiscard]] base::Result<std::vector<VisitRecord>> visits() const;
+  /// The latest time that a commit or a visit has. What is proven by which visit is told by these times: a
+  /// writer gives no earlier ones, whatever its clock says.
+  [[nodiscard]] base::Result<base::Time> latest() const;
   [[nodiscard]] base::Result<VisitsSoFar> visits_so_far() const;
   [[nodiscard]] base::Result<void> add_events(const std::vector<EventRecord>& events);
   [[nodiscard]] base::Result<std::vector<EventRecord>> events_after(std::uint64_t epoch, std::uint64_t number,

@@ -59,19 +59,20 @@ class Undo {
 
 }  // namespace
 
+bool is_network_file_system(unsigned long magic) {
+  constexpr std::array<unsigned long, 8> kNetwork{NFS_SUPER_MAGIC,  SMB_SUPER_MAGIC, CIFS_SUPER_MAGIC,
+                                                  SMB2_SUPER_MAGIC, AFS_SUPER_MAGIC, AFS_FS_MAGIC,
+                                                  CEPH_SUPER_MAGIC, FUSE_SUPER_MAGIC};
+  return std::find(kNetwork.begin(), kNetwork.end(), magic) != kNetwork.end();
+}
+
 Result<void> refuse_network_disk(const fs::path& folder) {
   struct statfs info {};
   if (::statfs(folder.c_str(), &info) != 0) return {};
-  constexpr unsigned long kCifs = 0xFF534D42;
-  constexpr unsigned long kFuse = 0x65735546;
-  for (const unsigned long magic : {static_cast<unsigned long>(NFS_SUPER_MAGIC), kCifs,
-                                    static_cast<unsigned long>(SMB_SUPER_MAGIC), kFuse, 0x517BUL}) {
-    if (static_cast<unsigned long>(info.f_type) == magic) {
-      return fail(ErrorCode::refused, "lies on a network file system, where a journal is not safe",
-                  folder.string(), "scan to a local disk and copy the finished scan");
-    }
-  }
-  return {};
+  // The type is signed on some machines; the numbers are of 32 bits.
+  if (!is_network_file_system(static_cast<unsigned long>(info.f_type) & 0xFFFFFFFFUL)) return {};
+  return fail(ErrorCode::refused, "lies on a network file system, where a journal is not safe",
+              folder.string(), "scan to a local disk and copy the finished scan");
 }
 
 fs::path journal_path(const fs::path& scan) {

@@ -24,6 +24,10 @@ inline constexpr int kScanFormat = 1;
 /// "00.tif" for index 0.
 [[nodiscard]] std::string frame_name(int index);
 
+/// Whether a file system with this number (statfs) is a network's: NFS, SMB in each of its versions, AFS,
+/// Ceph; FUSE, behind which there may be one.
+[[nodiscard]] bool is_network_file_system(unsigned long magic);
+
 /// An Error where a folder is on a network file system: locks and flushes of a journal do not hold there.
 [[nodiscard]] base::Result<void> refuse_network_disk(const std::filesystem::path& folder);
 

@@ -24,6 +24,9 @@ struct AxisCapabilities {
   double max_acceleration_rad_s2 = 0;
   bool keeps_position_unpowered = false;  ///< an absolute encoder: homed survives a power cycle
   bool has_limit_switches = false;
+  /// The fastest that home() moves; nothing where the driver cannot tell. rigd refuses one beyond the reduced
+  /// speed.
+  std::optional<double> homing_velocity_rad_s = std::nullopt;
 };
 
 struct AxisState {
@@ -51,6 +54,15 @@ class Axis {
   /// Starts an absolute move with at most this velocity and acceleration.
   [[nodiscard]] virtual Result<void> move_to(double target_rad, double velocity_rad_s,
                                              double acceleration_rad_s2) = 0;
+  /// Starts a move by so much from where the axis stands, homed or not, with at most this velocity and
+  /// acceleration: so that a person sees which way an axis turns before it is homed. It stays homed or not as
+  /// it was, and position_rad changes by as much, whatever it is worth. Busy while the axis moves. Not asked
+  /// twice where the answer is missing: what became of it is for state() to say.
+  [[nodiscard]] virtual Result<void> move_by(double /*delta_rad*/, double /*velocity_rad_s*/,
+                                             double /*acceleration_rad_s2*/) {
+    return base::fail(base::ErrorCode::refused, "this axis cannot be moved before it is homed", {},
+                      "home it; see its driver's page");
+  }
   /// Starts to brake at once; clears what was planned.
   [[nodiscard]] virtual Result<void> stop() = 0;
   [[nodiscard]] virtual Result<AxisState> state() = 0;
@@ -82,7 +94,8 @@ class Camera {
   [[nodiscard]] virtual CameraCapabilities capabilities() const = 0;
   /// A new bracket begins; frames of an older one are dropped.
   [[nodiscard]] virtual Result<void> arm() = 0;
-  /// Starts one exposure.
+  /// Starts one exposure. Busy while an earlier one goes on, also one that was aborted and that the camera
+  /// ends in its own time: rigd asks again, for as long as that one may take.
   [[nodiscard]] virtual Result<void> trigger(double exposure_s, double gain) = 0;
   /// Makes ready for one exposure, which the next pulse on the camera's trigger input begins. Refused by a
   /// camera that has none.
@@ -90,6 +103,8 @@ class Camera {
     return base::fail(base::ErrorCode::refused, "this camera has no trigger input");
   }
   /// The frame of the last trigger into `pixels` (width * height); nothing yet while it exposes or reads out.
+  /// ErrorCode::damaged: the exposure is over, and its frame is no good (incomplete, or another exposure's),
+  /// while the camera itself is well and takes the next trigger. rigd takes the pose again.
   [[nodiscard]] virtual Result<std::optional<FrameInfo>> fetch(std::span<std::uint16_t> pixels) = 0;
   /// Ends an exposure; its frame never arrives.
   [[nodiscard]] virtual Result<void> abort() = 0;
@@ -129,6 +144,8 @@ class Light {
 struct Line {
   std::string name;  ///< "emergency_stop"
   bool output = false;
+  /// Of an output: its state where nobody commands it, to which rigd-safe brings it; nothing: left as it is.
+  std::optional<bool> at_rest = std::nullopt;
 };
 
 class DigitalIo {

@@ -25,7 +25,7 @@
 namespace rig::drivers {
 
 /// Raised when anything that crosses the door changes shape.
-#define RIG_DRIVER_ABI_VERSION 4
+#define RIG_DRIVER_ABI_VERSION 5
 
 /// Host and module must agree on it letter by letter: interface, compiler and sanitizer.
 inline constexpr const char* kAbiTag = "rig-driver-" RIG_DRIVER_STRINGIFY(

@@ -17,6 +17,10 @@ Judgement bad(std::string why) {
   return {Verdict::bad, std::move(why)};
 }
 
+Judgement spoilt(std::string why) {
+  return {Verdict::spoilt, std::move(why)};
+}
+
 bool is_same_exposure(double set_s, double did_s) {
   return std::abs(set_s - did_s) <= std::max(kExposureShare * set_s, std::min(kExposureStep_s, set_s / 4));
 }
@@ -28,7 +32,7 @@ bool follows(std::uint64_t last, std::uint64_t id) {
 }
 
 Judgement judge(const Expected& expected, const BufferFacts& facts) {
-  if (!facts.damage.empty()) return bad("the frame is damaged: " + facts.damage);
+  if (!facts.damage.empty()) return spoilt("the frame is damaged: " + facts.damage);
   if (expected.not_before_ns && facts.taken_ns < *expected.not_before_ns) return {Verdict::old, {}};
   if (!facts.is_image) return bad("the camera sent something that is no image");
   if (facts.format != expected.format) {
@@ -46,17 +50,17 @@ Judgement judge(const Expected& expected, const BufferFacts& facts) {
         fmt::format("the frame has {} bytes between its lines; choose a width without", facts.line_padding));
   }
   if (facts.bytes < expected.image_bytes || facts.bytes > expected.payload_bytes) {
-    return bad(fmt::format("the frame is damaged: {} bytes came of an image of {}", facts.bytes,
-                           expected.image_bytes));
+    return spoilt(fmt::format("the frame is damaged: {} bytes came of an image of {}", facts.bytes,
+                              expected.image_bytes));
   }
   if (expected.last_id && !follows(*expected.last_id, facts.frame_id)) {
-    return bad(fmt::format(
+    return spoilt(fmt::format(
         "frame {} follows frame {}: the camera took frames that were not asked for, or one was lost",
         facts.frame_id, *expected.last_id));
   }
   if (facts.exposure_s && !is_same_exposure(expected.exposure_s, *facts.exposure_s)) {
-    return bad(fmt::format("the frame was exposed for {} us, set were {} us", *facts.exposure_s * 1e6,
-                           expected.exposure_s * 1e6));
+    return spoilt(fmt::format("the frame was exposed for {} us, set were {} us", *facts.exposure_s * 1e6,
+                              expected.exposure_s * 1e6));
   }
   return {};
 }

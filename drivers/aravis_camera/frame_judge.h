@@ -35,13 +35,14 @@ struct Expected {
 
 enum class Verdict {
   good,
-  old,  ///< taken before it was asked for
-  bad,  ///< the exposure is over, and this is not its frame
+  old,     ///< taken before it was asked for
+  spoilt,  ///< the exposure is over, and this frame is no good; another may be
+  bad,     ///< the camera is not as it was set up
 };
 
 struct Judgement {
   Verdict verdict = Verdict::good;
-  std::string why;  ///< of a bad one
+  std::string why;  ///< of a spoilt or a bad one
 };
 
 [[nodiscard]] Judgement judge(const Expected& expected, const BufferFacts& facts);

@@ -249,7 +249,7 @@ Result<void> Session::wait_until_ready() {
     if (!ready) return pass(ready);
     if (*ready != 0) return {};
     if (std::chrono::steady_clock::now() >= until) {
-      return fail(ErrorCode::device, "it does not get ready for a trigger");
+      return fail(ErrorCode::busy, "it does not get ready for a trigger");
     }
     std::this_thread::sleep_for(milliseconds(1));
   }
@@ -334,11 +334,11 @@ base::Time Session::started(ArvBuffer* buffer) const {
   return std::max(triggered_, now - age - base::seconds(exposure_s_));
 }
 
-Result<std::optional<Taken>> Session::refuse(const std::string& why) {
+Result<std::optional<Taken>> Session::refuse(ErrorCode code, const std::string& why) {
   exposing_ = false;
   suspect_ = true;
   last_id_.reset();
-  return fail(ErrorCode::device, why, settings_.called());
+  return fail(code, why, settings_.called());
 }
 
 Result<std::optional<Taken>> Session::take(std::span<std::uint16_t> pixels) {
@@ -354,9 +354,10 @@ Result<std::optional<Taken>> Session::take(std::span<std::uint16_t> pixels) {
       stream_->give_back(buffer);
       continue;
     }
-    if (judgement.verdict == Verdict::bad) {
+    if (judgement.verdict != Verdict::good) {
       stream_->give_back(buffer);
-      return refuse(judgement.why);
+      return refuse(judgement.verdict == Verdict::spoilt ? ErrorCode::damaged : ErrorCode::device,
+                    judgement.why);
     }
     std::size_t bytes = 0;
     const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_image_data(buffer, &bytes));
@@ -364,7 +365,7 @@ Result<std::optional<Taken>> Session::take(std::span<std::uint16_t> pixels) {
     Taken taken;
     taken.info = {facts.exposure_s.value_or(exposure_s_), gain_, started(buffer), facts.frame_id};
     stream_->give_back(buffer);
-    if (!unpacked) return refuse(unpacked.error().what);
+    if (!unpacked) return refuse(ErrorCode::damaged, unpacked.error().what);
     if (last_id_) taken.advance = distance(*last_id_, facts.frame_id);
     last_id_ = facts.frame_id;
     exposing_ = false;

@@ -76,7 +76,7 @@ class Session {
   [[nodiscard]] base::Result<void> wait_until_ready();
   [[nodiscard]] Expected expected() const;
   [[nodiscard]] base::Time started(ArvBuffer* buffer) const;
-  [[nodiscard]] base::Result<std::optional<Taken>> refuse(const std::string& why);
+  [[nodiscard]] base::Result<std::optional<Taken>> refuse(base::ErrorCode code, const std::string& why);
 
   const Settings& settings_;
   base::Clock& clock_;

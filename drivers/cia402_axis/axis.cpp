@@ -31,8 +31,12 @@ Cia402Axis::Cia402Axis(std::shared_ptr<Network> network, const DriveSettings& se
 
 AxisCapabilities Cia402Axis::capabilities() const {
   const AxisSettings& axis = settings_.axis;
-  return {axis.scale.resolution_rad(), axis.max_velocity_rad_s, axis.max_acceleration_rad_s2,
-          settings_.reference == Reference::absolute, settings_.limit_switches};
+  AxisCapabilities can{axis.scale.resolution_rad(), axis.max_velocity_rad_s, axis.max_acceleration_rad_s2,
+                       settings_.reference == Reference::absolute, settings_.limit_switches};
+  if (settings_.homing) {
+    can.homing_velocity_rad_s = std::max(settings_.homing->speed_rad_s, settings_.homing->creep_rad_s);
+  }
+  return can;
 }
 
 Result<void> Cia402Axis::enable(bool on) {
@@ -47,13 +51,20 @@ Result<void> Cia402Axis::move_to(double target_rad, double velocity_rad_s, doubl
   const AxisSettings& axis = settings_.axis;
   const auto target = axis.scale.counts(target_rad);
   if (!target) return pass(target);
-  if (!(velocity_rad_s > 0) || !(acceleration_rad_s2 > 0) ||
-      std::isinf(velocity_rad_s + acceleration_rad_s2)) {
-    return fail(ErrorCode::bad_input, "a move needs a finite velocity and acceleration above 0",
-                drive_.where());
-  }
-  return at_the_door(start_move(*target, std::min(velocity_rad_s, axis.max_velocity_rad_s),
-                                std::min(acceleration_rad_s2, axis.max_acceleration_rad_s2), deadline()));
+  if (auto fine = check_rates(velocity_rad_s, acceleration_rad_s2); !fine) return fine;
+  return at_the_door(start_move(*target, velocity_rad_s, acceleration_rad_s2, deadline()));
+}
+
+Result<void> Cia402Axis::move_by(double delta_rad, double velocity_rad_s, double acceleration_rad_s2) {
+  if (const auto by = settings_.axis.scale.distance(delta_rad); !by) return pass(by);
+  if (auto fine = check_rates(velocity_rad_s, acceleration_rad_s2); !fine) return fine;
+  return at_the_door(start_jog(delta_rad, velocity_rad_s, acceleration_rad_s2, deadline()));
+}
+
+Result<void> Cia402Axis::check_rates(double velocity, double acceleration) const {
+  if (velocity > 0 && acceleration > 0 && !std::isinf(velocity + acceleration)) return {};
+  return fail(ErrorCode::bad_input, "a move needs a finite velocity and acceleration above 0",
+              drive_.where());
 }
 
 Result<void> Cia402Axis::stop() {
@@ -306,16 +317,22 @@ Result<std::uint32_t> Cia402Axis::acceleration_units(double rad_s2) const {
   return static_cast<std::uint32_t>(*rate);
 }
 
-Result<void> Cia402Axis::start_move(std::int32_t target, double velocity, double acceleration,
-                                    Deadline deadline) {
-  const auto seen = reach_and_look(deadline);
-  if (!seen) return pass(seen);
+Result<Cia402Axis::Look> Cia402Axis::look_before_move(Deadline deadline) {
+  auto seen = reach_and_look(deadline);
+  if (!seen) return seen;
   if (doing_ == Doing::homing) {
-    if (auto followed = follow_homing(*seen, deadline); !followed) return followed;
+    if (auto followed = follow_homing(*seen, deadline); !followed) return pass(followed);
   }
   if (doing_ == Doing::homing) {
     return fail(ErrorCode::busy, "the axis is being homed", drive_.where(), "wait for it, or stop it");
   }
+  return seen;
+}
+
+Result<void> Cia402Axis::start_move(std::int32_t target, double velocity, double acceleration,
+                                    Deadline deadline) {
+  const auto seen = look_before_move(deadline);
+  if (!seen) return pass(seen);
   if (homed_ == Homed::unknown) {
     if (auto asked = ask_whether_homed(*seen, deadline); !asked) return asked;
   }
@@ -323,9 +340,33 @@ Result<void> Cia402Axis::start_move(std::int32_t target, double velocity, double
     return fail(ErrorCode::refused, "the axis is not homed: the drive does not know where it stands",
                 drive_.where(), "home it first");
   }
-  const auto speed = velocity_units(velocity);
+  return set_off(target, velocity, acceleration, deadline);
+}
+
+// As a set-point in the drive's own counting, not as a relative one (bit 6): those count from the set-point
+// before, also from one that a stop kept the axis from, unless the drive has object 60F2.
+Result<void> Cia402Axis::start_jog(double delta_rad, double velocity, double acceleration,
+                                   Deadline deadline) {
+  const auto seen = look_before_move(deadline);
+  if (!seen) return pass(seen);
+  if (is_energised(seen->power) && is_moving(*seen)) {
+    return fail(ErrorCode::busy, "the axis moves", drive_.where(), "wait for its end, or stop it");
+  }
+  if ((seen->at_low && delta_rad < 0) || (seen->at_high && delta_rad > 0)) {
+    return fail(ErrorCode::refused, "the axis stands on its limit switch and would be driven further in",
+                drive_.where(), "drive it out; if it is out, mend the switch");
+  }
+  const auto target = settings_.axis.scale.away_from(seen->position, delta_rad);
+  if (!target) return pass(target);
+  return set_off(*target, velocity, acceleration, deadline);
+}
+
+Result<void> Cia402Axis::set_off(std::int32_t target, double velocity, double acceleration,
+                                 Deadline deadline) {
+  const AxisSettings& axis = settings_.axis;
+  const auto speed = velocity_units(std::min(velocity, axis.max_velocity_rad_s));
   if (!speed) return pass(speed);
-  const auto change = acceleration_units(acceleration);
+  const auto change = acceleration_units(std::min(acceleration, axis.max_acceleration_rad_s2));
   if (!change) return pass(change);
   if (auto on = require_operation(drive_, deadline); !on) return on;
   if (auto mode = require_mode(drive_, kProfilePosition, deadline); !mode) return mode;

@@ -22,6 +22,8 @@ class Cia402Axis final : public Axis {
   [[nodiscard]] Result<void> home() override;
   [[nodiscard]] Result<void> move_to(double target_rad, double velocity_rad_s,
                                      double acceleration_rad_s2) override;
+  [[nodiscard]] Result<void> move_by(double delta_rad, double velocity_rad_s,
+                                     double acceleration_rad_s2) override;
   [[nodiscard]] Result<void> stop() override;
   [[nodiscard]] Result<AxisState> state() override;
 
@@ -50,6 +52,13 @@ class Cia402Axis final : public Axis {
   [[nodiscard]] Result<void> start_homing(Deadline deadline);
   [[nodiscard]] Result<void> start_move(std::int32_t target, double velocity, double acceleration,
                                         Deadline deadline);
+  [[nodiscard]] Result<void> start_jog(double delta_rad, double velocity, double acceleration,
+                                       Deadline deadline);
+  [[nodiscard]] Result<void> check_rates(double velocity, double acceleration) const;
+  /// What the drive shows, where it is not being homed.
+  [[nodiscard]] Result<Look> look_before_move(Deadline deadline);
+  [[nodiscard]] Result<void> set_off(std::int32_t target, double velocity, double acceleration,
+                                     Deadline deadline);
   [[nodiscard]] Result<AxisState> look_at_it(Deadline deadline);
 
   [[nodiscard]] Result<std::uint32_t> velocity_units(double rad_s) const;

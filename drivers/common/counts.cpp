@@ -32,6 +32,19 @@ Result<std::int32_t> CountScale::counts(double angle_rad) const {
   return static_cast<std::int32_t>(rounded);
 }
 
+Result<std::int32_t> CountScale::distance(double by_rad) const {
+  return CountScale{counts_per_rad, 0, reversed}.counts(by_rad);
+}
+
+Result<std::int32_t> CountScale::away_from(double counts, double by_rad) const {
+  const auto by = distance(by_rad);
+  if (!by) return by;
+  const double there = std::round(counts) + *by;
+  if (std::abs(there) <= kMost) return static_cast<std::int32_t>(there);
+  return fail(ErrorCode::bad_input,
+              fmt::format("{} rad from {} counts is beyond what the device can count to", by_rad, counts));
+}
+
 Result<std::int32_t> CountScale::rate(double rad_per_s) const {
   const double exact = std::abs(rad_per_s) * counts_per_rad;
   const double floored = rounded(exact, Rounding::down);

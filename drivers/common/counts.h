@@ -19,6 +19,11 @@ struct CountScale {
   /// is no number, or whose count does not fit a register of 32 bits with its sign, is bad_input.
   [[nodiscard]] base::Result<std::int32_t> counts(double angle_rad) const;
 
+  /// The counts nearest to a distance, from wherever it is; bad_input as above.
+  [[nodiscard]] base::Result<std::int32_t> distance(double by_rad) const;
+  /// Where a distance from these counts ends, in counts; bad_input as above.
+  [[nodiscard]] base::Result<std::int32_t> away_from(double counts, double by_rad) const;
+
   /// Of a speed or an acceleration, whose sign the device does not ask for: in counts per second (per
   /// second), rounded down, so that the device never exceeds what was allowed, but at least 1: zero would
   /// mean "for ever". Beyond 32 bits: bad_input.

@@ -10,49 +10,11 @@ namespace rig::drivers::conformance {
 namespace {
 
 using base::ErrorCode;
-using base::seconds;
 using std::chrono::milliseconds;
 
-// Speeds are judged with this much room: a drive rounds its ramps to its own clock.
-constexpr double kSpeedRoom = 1.05;
-
-// Never faster than asked, and never there sooner than velocity and acceleration allow.
 void require_slow_enough(AxisSession& s, double target, double velocity, double acceleration) {
-  struct Look {
-    base::Time before, after;
-    double at;
-  };
-  const auto look = [&] {
-    const base::Time before = s.waiting().now();
-    const double at = s.peer().position_rad();
-    return Look{before, s.waiting().now(), at};
-  };
-  const double distance = std::abs(target - s.peer().position_rad());
-  const base::Time began = s.waiting().now();
-  Look last = look();
-  must(s.try_move(target, velocity, acceleration), "move_to");
-  const double shortest_s = travel_s(distance, velocity, acceleration) / kSpeedRoom;
-  double fastest = 0;
-  const bool over = s.waiting().until(
-      [&] {
-        const bool moves = s.state().moving;
-        const Look now = look();
-        // The longest time that can lie between the two positions: speed is never overrated.
-        const double apart_s = base::to_seconds(now.after - last.before);
-        if (apart_s > 0.1) {
-          fastest = std::max(fastest, (std::abs(now.at - last.at) - s.step()) / apart_s);
-          last = now;
-        }
-        return !moves;
-      },
-      seconds(2 * travel_s(distance, velocity, acceleration) + 2));
-  require(over, "a move of {} with {}/s has not ended", deg(distance), deg(velocity));
-  const double took_s = base::to_seconds(s.waiting().now() - began);
-  require(fastest <= velocity * kSpeedRoom, "asked for at most {}/s, the device moves with {}/s",
-          deg(velocity), deg(fastest));
-  require(took_s >= shortest_s,
-          "a move of {} with at most {}/s and {}/s^2 takes {:.3f} s at least, and was over after {:.3f} s",
-          deg(distance), deg(velocity), deg(acceleration), shortest_s, took_s);
+  s.require_slow_enough(target - s.peer().position_rad(), velocity, acceleration,
+                        [&] { must(s.try_move(target, velocity, acceleration), "move_to"); });
 }
 
 Outcome capabilities_are_true(Bench& bench) {

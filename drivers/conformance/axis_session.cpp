@@ -14,6 +14,8 @@ namespace {
 constexpr base::Duration kHomedWithin = std::chrono::seconds(60);
 // A stepper's own rounding of a position that was commanded exactly.
 constexpr double kLastBits_rad = 1e-9;
+// Speeds are judged with this much room: a drive rounds its ramps to its own clock.
+constexpr double kSpeedRoom = 1.05;
 
 AxisUnderTest axis_of(Bench& bench) {
   auto test = bench.axis();
@@ -58,6 +60,10 @@ Result<void> AxisSession::try_move(double target_rad) {
 Result<void> AxisSession::try_move(double target_rad, double velocity, double acceleration) {
   return timed(clock(), kAxisCall, "move_to",
                [&] { return axis().move_to(target_rad, velocity, acceleration); });
+}
+
+Result<void> AxisSession::try_jog(double by_rad, double velocity, double acceleration) {
+  return timed(clock(), kAxisCall, "move_by", [&] { return axis().move_by(by_rad, velocity, acceleration); });
 }
 
 Result<void> AxisSession::try_home() {
@@ -183,6 +189,45 @@ void AxisSession::require_true_at_rest(const AxisState& now, std::string_view wh
   require(std::abs(now.position_rad - truth) <= step() + kLastBits_rad,
           "{}: state() says homed and at {}, and the device stands at {}: {} apart, a step is {}", when,
           deg(now.position_rad), deg(truth), deg(now.position_rad - truth), deg(step()));
+}
+
+void AxisSession::require_slow_enough(double distance_rad, double velocity, double acceleration,
+                                      const std::function<void()>& start) {
+  struct Look {
+    base::Time before, after;
+    double at;
+  };
+  const auto look = [&] {
+    const base::Time before = waiting_.now();
+    const double at = peer().position_rad();
+    return Look{before, waiting_.now(), at};
+  };
+  const double distance = std::abs(distance_rad);
+  const base::Time began = waiting_.now();
+  Look last = look();
+  start();
+  const double shortest_s = travel_s(distance, velocity, acceleration) / kSpeedRoom;
+  double fastest = 0;
+  const bool over = waiting_.until(
+      [&] {
+        const bool moves = state().moving;
+        const Look now = look();
+        // The longest time that can lie between the two positions: speed is never overrated.
+        const double apart_s = base::to_seconds(now.after - last.before);
+        if (apart_s > 0.1) {
+          fastest = std::max(fastest, (std::abs(now.at - last.at) - step()) / apart_s);
+          last = now;
+        }
+        return !moves;
+      },
+      seconds(2 * travel_s(distance, velocity, acceleration) + 2));
+  require(over, "a move of {} with {}/s has not ended", deg(distance), deg(velocity));
+  const double took_s = base::to_seconds(waiting_.now() - began);
+  require(fastest <= velocity * kSpeedRoom, "asked for at most {}/s, the device moves with {}/s",
+          deg(velocity), deg(fastest));
+  require(took_s >= shortest_s,
+          "a move of {} with at most {}/s and {}/s^2 takes {:.3f} s at least, and was over after {:.3f} s",
+          deg(distance), deg(velocity), deg(acceleration), shortest_s, took_s);
 }
 
 void AxisSession::require_stays(base::Duration how_long, bool asked, std::string_view when) {

@@ -1,6 +1,8 @@
 // An axis on its bench, as the checks use it.
 #pragma once
 
+#include <functional>
+
 #include "drivers/conformance/opened.h"
 
 namespace rig::drivers::conformance {
@@ -36,6 +38,7 @@ class AxisSession {
   /// The calls, each within its bound; the answer is the caller's to judge.
   [[nodiscard]] Result<void> try_move(double target_rad);
   [[nodiscard]] Result<void> try_move(double target_rad, double velocity, double acceleration);
+  [[nodiscard]] Result<void> try_jog(double by_rad, double velocity, double acceleration);
   [[nodiscard]] Result<void> try_home();
   [[nodiscard]] Result<void> try_enable(bool on);
   [[nodiscard]] Result<void> try_stop();
@@ -65,6 +68,10 @@ class AxisSession {
   void require_true(const AxisState& state, std::string_view when);
   /// The same of a device that stands.
   void require_true_at_rest(const AxisState& state, std::string_view when);
+  /// Never faster than asked, and never there sooner than velocity and acceleration allow: of a move over
+  /// this distance that `start` begins.
+  void require_slow_enough(double distance_rad, double velocity, double acceleration,
+                           const std::function<void()>& start);
   /// The device does not move for so long, while state() is asked or not.
   void require_stays(base::Duration how_long, bool asked, std::string_view when);
   /// An axis that is not homed refuses absolute moves itself, and does not move. Nothing where it is.

@@ -116,14 +116,17 @@ void CameraSession::require_own(const FrameInfo& info, double exposure_s, base::
           info.exposure_s, *proven);
 }
 
-void CameraSession::require_none(double exposure_s, std::string_view when) {
+std::optional<base::Error> CameraSession::require_none(double exposure_s, std::string_view when) {
+  std::optional<base::Error> first;
   const bool came = waiting_.until(
       [&] {
         const auto answer = try_fetch(frame_.pixels());
+        if (!answer && !first) first = answer.error();
         return answer && answer->has_value();
       },
       seconds(exposure_s) + test_.frame_within);
   require(!came, "{}: a frame was delivered", when);
+  return first;
 }
 
 Outcome CameraSession::proven_by_pixels() const {

@@ -66,7 +66,7 @@ class CameraSession {
   /// where they tell.
   void require_own(const FrameInfo& info, double exposure_s, base::Time triggered);
   /// No frame comes for so long as one of this exposure could; errors may.
-  void require_none(double exposure_s, std::string_view when);
+  std::optional<base::Error> require_none(double exposure_s, std::string_view when);
 
   [[nodiscard]] GuardedFrame& frame() { return frame_; }
   /// Whether a frame's pixels have told its exposure so far.

@@ -11,6 +11,7 @@ namespace rig::drivers::conformance {
 [[nodiscard]] std::vector<Check> axis_move_checks();
 [[nodiscard]] std::vector<Check> axis_stop_checks();
 [[nodiscard]] std::vector<Check> axis_reference_checks();
+[[nodiscard]] std::vector<Check> axis_jog_checks();
 [[nodiscard]] std::vector<Check> axis_limit_checks();
 [[nodiscard]] std::vector<Check> axis_wire_checks();
 [[nodiscard]] std::vector<Check> axis_lost_checks();

@@ -169,6 +169,11 @@ Outcome defined_at_rest(Bench& bench) {
   LinesSession s(bench);
   s.need_output();
   const bool rest = s.test.output_at_rest;
+  for (const Line& line : s.io().lines()) {
+    if (line.name != s.test.output) continue;
+    require(!line.at_rest || *line.at_rest == rest, "lines() says that the output rests {}",
+            rest ? "inactive" : "active");
+  }
   s.require_output(rest, "opened");
   require(s.output() == rest, "opened, and read() says that the output is {}", rest ? "inactive" : "active");
   for (int i = 0; i < 2; ++i) {

@@ -44,8 +44,8 @@ const std::vector<Check>& checks() {
   static const std::vector<Check> all = [] {
     std::vector<Check> list;
     for (auto part : {&module_checks, &axis_move_checks, &axis_stop_checks, &axis_reference_checks,
-                      &axis_limit_checks, &axis_wire_checks, &axis_lost_checks, &camera_frame_checks,
-                      &camera_fault_checks, &light_checks, &lines_checks}) {
+                      &axis_jog_checks, &axis_limit_checks, &axis_wire_checks, &axis_lost_checks,
+                      &camera_frame_checks, &camera_fault_checks, &light_checks, &lines_checks}) {
       std::vector<Check> more = part();
       std::move(more.begin(), more.end(), std::back_inserter(list));
     }

@@ -122,7 +122,12 @@ LinesSettings read_lines_settings(const base::ConfigTable& settings) {
 std::vector<Line> lines_of(const LinesSettings& settings) {
   std::vector<Line> lines;
   lines.reserve(settings.lines.size());
-  for (const LineSettings& line : settings.lines) lines.push_back({line.request.name, line.request.output});
+  for (const LineSettings& line : settings.lines) {
+    Line& told = lines.emplace_back();
+    told.name = line.request.name;
+    told.output = line.request.output;
+    if (told.output && line.at_exit != Rest::keep) told.at_rest = line.at_exit == Rest::active;
+  }
   return lines;
 }
 

@@ -109,6 +109,20 @@ Result<void> Bus::write(Peer& peer, const Write& write) {
              [&](Wire& wire) { return wire.write(peer.slave, write, peer.one_word_single, call_ends_); });
 }
 
+Result<void> Bus::write_once(Peer& peer, const Write& write) {
+  if (peer.lost && clock_.now() < peer.ask_again) return tl::unexpected<base::Error>(*peer.lost);
+  bool sent = false;
+  return ask(peer, 0, true, call_ends_, [&](Wire& wire) -> Result<void> {
+    if (std::exchange(sent, true)) {
+      return fail(ErrorCode::device,
+                  fmt::format("no whole answer to a write to 0x{:04X}: whether it was done "
+                              "is open, and it is not sent twice",
+                              write.address));
+    }
+    return wire.write(peer.slave, write, peer.one_word_single, call_ends_);
+  });
+}
+
 Result<void> Bus::write_at_once(Peer& peer, const Write& write) {
   const Deadline ends = policy_.stop_ends(call_ends_);
   const auto send = [&](Wire& wire) {

@@ -57,6 +57,8 @@ class Bus {
   /// others on the wire need not wait for it each time. After that one attempt is made, not all.
   [[nodiscard]] base::Result<std::vector<std::uint16_t>> read(Peer& peer, const Block& block);
   [[nodiscard]] base::Result<void> write(Peer& peer, const Write& write);
+  /// Sent once, for what may not be done twice. Whether it was done is open where no answer comes.
+  [[nodiscard]] base::Result<void> write_once(Peer& peer, const Write& write);
   /// Goes out before anything else is cleared up, also to a drive that is lost, on a line that chatters, and
   /// when the call's time is over.
   [[nodiscard]] base::Result<void> write_at_once(Peer& peer, const Write& write);

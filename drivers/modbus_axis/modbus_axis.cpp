@@ -17,6 +17,12 @@ Peer peer_of(const DriveSettings& settings, const ReadPlan& plan) {
   return {settings.slave, settings.profile->line.one_word_single, plan.blocks};
 }
 
+Result<void> check_rates(const AxisSettings& axis, double velocity_rad_s, double acceleration_rad_s2) {
+  if (velocity_rad_s > 0 && acceleration_rad_s2 > 0 && std::isfinite(velocity_rad_s + acceleration_rad_s2))
+    return {};
+  return fail(ErrorCode::bad_input, "velocity and acceleration must be numbers greater than 0", axis.name);
+}
+
 }  // namespace
 
 ModbusAxis::ModbusAxis(DriveSettings settings, std::shared_ptr<Bus> bus, base::Clock& clock)
@@ -204,17 +210,38 @@ Result<void> ModbusAxis::move_to(double target_rad, double velocity_rad_s, doubl
   const AxisSettings& axis = settings_.axis;
   const auto target = axis.scale.counts(target_rad);
   if (!target) return pass(target);
-  if (!(velocity_rad_s > 0) || !(acceleration_rad_s2 > 0) ||
-      !std::isfinite(velocity_rad_s + acceleration_rad_s2)) {
-    return fail(ErrorCode::bad_input, "velocity and acceleration must be numbers greater than 0", axis.name);
-  }
+  if (auto fine = check_rates(axis, velocity_rad_s, acceleration_rad_s2); !fine) return fine;
   const auto before = ready_to_move();
   if (!before) return pass(before);
   if (!is_homed(*before)) {
     return fail(ErrorCode::refused, "the drive does not know where it stands", axis.name, "home it first");
   }
-  const bool upwards = target_rad > axis.scale.radians(before->position_counts);
-  if (stands_at(upwards, *before)) {
+  return go(*before, Way::to_target, *target, velocity_rad_s, acceleration_rad_s2);
+}
+
+// As a target in the drive's own counting where it takes one: repeated after an answer that was lost, it is
+// the same move.
+Result<void> ModbusAxis::move_by(double delta_rad, double velocity_rad_s, double acceleration_rad_s2) {
+  bus_->begin_call();
+  const AxisSettings& axis = settings_.axis;
+  if (const auto by = axis.scale.distance(delta_rad); !by) return pass(by);
+  if (auto fine = check_rates(axis, velocity_rad_s, acceleration_rad_s2); !fine) return fine;
+  const auto before = ready_to_move();
+  if (!before) return pass(before);
+  if (watch_.moving(clock_.now(), *before)) {
+    return fail(ErrorCode::busy, "the axis moves", axis.name, "wait for its end, or stop it");
+  }
+  const auto target = axis.scale.away_from(before->position_counts, delta_rad);
+  if (!target) return pass(target);
+  return go(*before, profile_.jog.empty() ? Way::to_target : Way::by_distance, *target, velocity_rad_s,
+            acceleration_rad_s2);
+}
+
+Result<void> ModbusAxis::go(const Reading& before, Way way, double target_counts, double velocity_rad_s,
+                            double acceleration_rad_s2) {
+  const AxisSettings& axis = settings_.axis;
+  const bool upwards = (target_counts > before.position_counts) != axis.scale.reversed;
+  if (target_counts != before.position_counts && stands_at(upwards, before)) {
     return fail(ErrorCode::refused,
                 fmt::format("it stands at its {} limit switch", upwards ? "upper" : "lower"), axis.name,
                 "move it the other way");
@@ -223,14 +250,23 @@ Result<void> ModbusAxis::move_to(double target_rad, double velocity_rad_s, doubl
     if (auto done = set_up(); !done) return done;
   }
   Quantities quantities = fixed_quantities();
-  quantities[Quantity::position] = *target;
+  quantities[Quantity::position] =
+      way == Way::to_target ? target_counts : target_counts - before.position_counts;
   quantities[Quantity::velocity] =
       std::min(velocity_rad_s, axis.max_velocity_rad_s) * axis.scale.counts_per_rad;
   quantities[Quantity::acceleration] =
       std::min(acceleration_rad_s2, axis.max_acceleration_rad_s2) * axis.scale.counts_per_rad;
-  watch_.move(clock_.now(), *before, *target);
-  if (auto done = run(profile_.move, quantities); !done) return done;
-  watch_.move(clock_.now(), *before, *target);
+  watch_.move(clock_.now(), before, target_counts);
+  if (way == Way::to_target) {
+    if (auto done = run(profile_.move, quantities); !done) return done;
+  } else {
+    const auto writes = fill_in_all(profile_.jog, quantities);
+    if (!writes) return pass(writes);
+    for (const Write& write : *writes) {
+      if (auto written = bus_->write_once(peer_, write); !written) return written;
+    }
+  }
+  watch_.move(clock_.now(), before, target_counts);
   return {};
 }
 

@@ -30,6 +30,8 @@ class ModbusAxis final : public Axis {
   [[nodiscard]] Result<void> home() override;
   [[nodiscard]] Result<void> move_to(double target_rad, double velocity_rad_s,
                                      double acceleration_rad_s2) override;
+  [[nodiscard]] Result<void> move_by(double delta_rad, double velocity_rad_s,
+                                     double acceleration_rad_s2) override;
   [[nodiscard]] Result<void> stop() override;
   [[nodiscard]] Result<AxisState> state() override;
 
@@ -43,6 +45,11 @@ class ModbusAxis final : public Axis {
   [[nodiscard]] Result<std::string> read_alarm();
   [[nodiscard]] bool is_homed(const Reading& reading) const;
   [[nodiscard]] bool stands_at(bool high, const Reading& reading) const;
+
+  enum class Way { to_target, by_distance };
+  /// From what the drive said just now.
+  [[nodiscard]] Result<void> go(const Reading& before, Way way, double target_counts, double velocity_rad_s,
+                                double acceleration_rad_s2);
 
   [[nodiscard]] Quantities fixed_quantities() const;
   [[nodiscard]] Result<void> set_up();

@@ -292,6 +292,8 @@ class Reader {
         steps_at(table, "soft_limits", false, with({Quantity::soft_low, Quantity::soft_high}));
     profile_.move =
         steps_at(table, "move", true, with({Quantity::position, Quantity::velocity, Quantity::acceleration}));
+    profile_.jog =
+        steps_at(table, "jog", false, with({Quantity::position, Quantity::velocity, Quantity::acceleration}));
     const bool places = std::any_of(profile_.move.begin(), profile_.move.end(), [this](const Step& step) {
       return std::any_of(step.items.begin(), step.items.end(), [this](const Step::Item& item) {
         const auto* value = std::get_if<Step::ValueOf>(&item);

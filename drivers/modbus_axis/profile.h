@@ -71,6 +71,8 @@ struct Profile {
   /// Registers that must hold what is written here; compared, never written.
   std::vector<Step> expect;
   std::vector<Step> setup, enable, disable, clear_alarm, home, move, stop, soft_limits;
+  /// By a distance; empty: by `move`, to where the distance ends. The one sequence that is not sent twice.
+  std::vector<Step> jog;
 };
 
 /// Every mistake is an error with file, line and key; `name` stands for the file.

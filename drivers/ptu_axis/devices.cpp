@@ -67,6 +67,10 @@ class UnitsAxis final : public Axis {
     return unit_->connection().use(
         [&](Session& session) { return session.move_to(index_, target_rad, velocity, acceleration); });
   }
+  [[nodiscard]] Result<void> move_by(double delta_rad, double velocity, double acceleration) override {
+    return unit_->connection().use(
+        [&](Session& session) { return session.move_by(index_, delta_rad, velocity, acceleration); });
+  }
   [[nodiscard]] Result<void> stop() override {
     return unit_->connection().use_at_once([&](Session& session) { return session.stop(index_); },
                                            [&](Session& session) { return session.shout_halt(); });

@@ -227,6 +227,7 @@ Result<void> Session::home(std::size_t index) {
     axis.along = false;
     return {};
   }
+  if (auto ok = keep_limits_again(); !ok) return ok;
   std::vector<std::size_t> reset;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     if (i == index || settings_.reset == Reset::both) reset.push_back(i);
@@ -278,81 +279,6 @@ void Session::end_reset(const std::vector<std::size_t>& axes, bool homed) {
     axis.along = axis.along && homed;
     if (homed) axis.at_low = axis.at_high = false;
   }
-}
-
-Result<void> Session::move_to(std::size_t index, double target_rad, double velocity, double acceleration) {
-  Axis& axis = axes_[index];
-  const AxisSettings& settings = axis.settings.axis;
-  const auto refused = [&](std::string why, std::string hint) {
-    return fail(ErrorCode::refused, fmt::format("axis {} {}", settings.name, why), link_.path(),
-                std::move(hint));
-  };
-  if (!std::isfinite(velocity) || !(velocity > 0) || !std::isfinite(acceleration) || !(acceleration > 0)) {
-    return fail(ErrorCode::bad_input, fmt::format("axis {} cannot move with {} rad/s and {} rad/s^2",
-                                                  settings.name, velocity, acceleration));
-  }
-  const auto target = settings.scale.counts(target_rad);
-  if (!target) return pass(target);
-  if (auto ok = ready_for(axis, "move"); !ok) return ok;
-  if (!axis.fault.empty()) return refused("has a fault: " + axis.fault, "enable it again to acknowledge it");
-  if (!axis.enabled) return refused("is not energised", "enable it first");
-  if (!axis.homed) return refused("does not know where it stands", "home it first");
-  if (settings_.limits != Limits::off && (*target < axis.low || *target > axis.high)) {
-    const double low_deg = base::degrees(settings.scale.radians(axis.low));
-    const double high_deg = base::degrees(settings.scale.radians(axis.high));
-    const auto [a, b] = std::minmax(low_deg, high_deg);  // references
-    return refused(fmt::format("cannot go to {:.4f} deg: the unit's travel is {:.4f} to {:.4f} deg",
-                               base::degrees(target_rad), a, b),
-                   {});
-  }
-  const auto speed = settings.scale.rate(std::min(velocity, settings.max_velocity_rad_s));
-  if (!speed) return pass(speed);
-  if (*speed < axis.slowest) {
-    return fail(
-        ErrorCode::bad_input,
-        fmt::format("axis {} cannot be as slow as {:.4g} deg/s: the unit's lowest speed is {:.4g} deg/s",
-                    settings.name, base::degrees(velocity),
-                    base::degrees(axis.slowest / settings.scale.counts_per_rad)),
-        link_.path());
-  }
-  const auto ramp = settings.scale.rate(std::min(acceleration, settings.max_acceleration_rad_s2));
-  if (!ramp) return pass(ramp);
-  axis.along = false;
-  const Plan plan{*target, std::min(*speed, axis.fastest)};
-  if (*ramp == axis.acceleration) return go(axis, plan);
-
-  const auto rest = all_at_rest();
-  if (!rest) return pass(rest);
-  if (!*rest) {
-    return fail(ErrorCode::busy,
-                fmt::format("axis {} takes no other acceleration while the unit moves", settings.name),
-                link_.path(), "let max_acceleration_deg_s2 of the axis and of its module be the same");
-  }
-  axis.plan = plan;
-  busy_ = {index};
-  stopped_ = false;
-  phase_ = Phase::tabling;
-  add_acceleration(axis, *ramp);
-  steps_.add([this, &axis]() -> Result<Is> {
-    const auto planned = std::exchange(axis.plan, std::nullopt);
-    if (!planned || stopped_) return Is::done;
-    if (auto ok = go(axis, *planned); !ok) return pass(ok);
-    return Is::done;
-  });
-  const auto begun = progress();
-  if (!begun) return pass(begun);
-  return {};
-}
-
-Result<void> Session::go(Axis& axis, Plan plan) {
-  if (auto ok = link_.order(axis_command(axis, fmt::format("S{}", plan.speed))); !ok) return ok;
-  // Whether it took a command that it did not answer shows only in whether it moves.
-  doubt(axis, Motion::unknown);
-  axis.direction = plan.target > axis.position ? 1 : -1;
-  if (auto ok = link_.order(axis_command(axis, fmt::format("P{}", plan.target))); !ok) return ok;
-  axis.target = plan.target;
-  axis.motion = Motion::going;
-  return {};
 }
 
 Result<void> Session::stop(std::size_t index) {

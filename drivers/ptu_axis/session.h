@@ -38,6 +38,8 @@ class Session {
   [[nodiscard]] base::Result<void> home(std::size_t axis);
   [[nodiscard]] base::Result<void> move_to(std::size_t axis, double target_rad, double velocity_rad_s,
                                            double acceleration_rad_s2);
+  [[nodiscard]] base::Result<void> move_by(std::size_t axis, double delta_rad, double velocity_rad_s,
+                                           double acceleration_rad_s2);
   [[nodiscard]] base::Result<void> stop(std::size_t axis);
   [[nodiscard]] base::Result<AxisState> state(std::size_t axis);
 
@@ -89,7 +91,6 @@ class Session {
   /// Goes on with what is under way. True: nothing is.
   [[nodiscard]] base::Result<bool> progress();
   [[nodiscard]] base::Result<void> ready_for(const Axis& axis, std::string_view what);
-  [[nodiscard]] base::Result<void> go(Axis& axis, Plan plan);
   [[nodiscard]] base::Result<void> look(Axis& axis);
   static void doubt(Axis& axis, Motion as);
   [[nodiscard]] base::Result<bool> all_at_rest();
@@ -98,6 +99,16 @@ class Session {
   [[nodiscard]] base::Result<std::optional<double>> temperature();
   [[nodiscard]] std::string axis_command(const Axis& axis, std::string_view what) const;
   [[nodiscard]] AxisState believed(const Axis& axis, bool moving) const;
+
+  // moves.cpp
+  [[nodiscard]] tl::unexpected<base::Error> refused(const Axis& axis, const std::string& why,
+                                                    std::string hint) const;
+  [[nodiscard]] base::Result<void> check_rates(const Axis& axis, double velocity, double acceleration) const;
+  [[nodiscard]] base::Result<void> may_set_off(const Axis& axis);
+  [[nodiscard]] base::Result<void> start(std::size_t axis, int target, double velocity, double acceleration);
+  [[nodiscard]] base::Result<void> go(Axis& axis, Plan plan);
+  /// The unit keeps its limits of travel, also after a jog.
+  [[nodiscard]] base::Result<void> keep_limits_again();
 
   const Settings& settings_;
   std::vector<std::optional<double>>& resolutions_;
@@ -108,6 +119,7 @@ class Session {
   Phase phase_ = Phase::setting_up;
   std::vector<std::size_t> busy_;  ///< axes that a reset or a new acceleration is for
   bool stopped_ = false;           ///< what is under way was stopped
+  bool limits_are_off_ = false;    ///< for a jog of an axis that was not reset
   base::Time awaited_until_{};
   std::string marker_, last_resolution_;
   int resolutions_asked_ = 0;

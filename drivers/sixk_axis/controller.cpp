@@ -148,6 +148,7 @@ AxisCapabilities Controller::capabilities(std::size_t index) const {
   can.max_velocity_rad_s = axis.axis.max_velocity_rad_s;
   can.max_acceleration_rad_s2 = axis.axis.max_acceleration_rad_s2;
   can.has_limit_switches = axis.hard_limits;
+  can.homing_velocity_rad_s = axis.home_velocity_rad_s;
   return can;
 }
 
@@ -286,50 +287,90 @@ Result<void> Controller::home(std::size_t index) {
   return link_.order(0, "HOM" + mask(axis, 'X', upwards ? '0' : '1'));
 }
 
-Result<void> Controller::move_to(std::size_t index, double target_rad, double velocity, double acceleration) {
-  Axis& axis = axes_[index];
+tl::unexpected<base::Error> Controller::refused(const Axis& axis, const std::string& why,
+                                                std::string hint) const {
+  return fail(ErrorCode::refused, fmt::format("axis {} {}", axis.settings.axis.name, why), link_.path(),
+              std::move(hint));
+}
+
+Result<Controller::Rates> Controller::rates(const Axis& axis, double velocity, double acceleration) const {
   const AxisSettings& settings = axis.settings.axis;
-  const auto refused = [&](const std::string& why, std::string hint) {
-    return fail(ErrorCode::refused, fmt::format("axis {} {}", settings.name, why), link_.path(),
-                std::move(hint));
-  };
   if (!std::isfinite(velocity) || !(velocity > 0) || !std::isfinite(acceleration) || !(acceleration > 0)) {
     return fail(ErrorCode::bad_input, fmt::format("axis {} cannot move with {} rad/s and {} rad/s^2",
                                                   settings.name, velocity, acceleration));
-  }
-  const auto target = settings.scale.counts(target_rad);
-  if (!target) return pass(target);
-  if (std::abs(*target) > kFarthest) {
-    return fail(ErrorCode::bad_input,
-                fmt::format("{} counts are beyond what the controller can be sent to", *target));
   }
   const auto speed = turns(axis, std::min(velocity, settings.max_velocity_rad_s), "velocity");
   if (!speed) return pass(speed);
   const auto ramp = turns(axis, std::min(acceleration, settings.max_acceleration_rad_s2), "acceleration");
   if (!ramp) return pass(ramp);
+  return Rates{*speed, *ramp};
+}
 
-  const auto now = status(index);
+Result<Status> Controller::ready_to_go(std::size_t index) {
+  const Axis& axis = axes_[index];
+  auto now = status(index);
+  if (!now) return now;
+  if (axis.homing) {
+    return fail(ErrorCode::busy, fmt::format("axis {} is homing", axis.settings.axis.name), link_.path());
+  }
+  std::string fault = fault_of(*now);
+  if (fault.empty()) fault = axis.fault;
+  if (!fault.empty()) return refused(axis, "has a fault: " + fault, "enable it again to acknowledge it");
+  if (now->shut_down) return refused(axis, "is not energised", "enable it first");
+  return now;
+}
+
+Result<void> Controller::move_to(std::size_t index, double target_rad, double velocity, double acceleration) {
+  Axis& axis = axes_[index];
+  const auto sent_at = rates(axis, velocity, acceleration);
+  if (!sent_at) return pass(sent_at);
+  const auto target = axis.settings.axis.scale.counts(target_rad);
+  if (!target) return pass(target);
+  const auto now = ready_to_go(index);
   if (!now) return pass(now);
-  if (axis.homing)
-    return fail(ErrorCode::busy, fmt::format("axis {} is homing", settings.name), link_.path());
-  const std::string fault = fault_of(*now);
-  if (!fault.empty()) return refused("has a fault: " + fault, "enable it again to acknowledge it");
-  if (!axis.fault.empty()) return refused("has a fault: " + axis.fault, "enable it again to acknowledge it");
-  if (now->shut_down) return refused("is not energised", "enable it first");
   if (!now->homed || references_[index].is_lost())
-    return refused("does not know where it stands", "home it first");
+    return refused(axis, "does not know where it stands", "home it first");
+  return go(axis, *now, *target, *sent_at);
+}
 
+// As a target in the controller's own counting: repeated where an answer was lost, it is the same move.
+Result<void> Controller::move_by(std::size_t index, double delta_rad, double velocity, double acceleration) {
+  Axis& axis = axes_[index];
+  const CountScale& scale = axis.settings.axis.scale;
+  const auto sent_at = rates(axis, velocity, acceleration);
+  if (!sent_at) return pass(sent_at);
+  if (const auto by = scale.distance(delta_rad); !by) return pass(by);
+  const auto now = ready_to_go(index);
+  if (!now) return pass(now);
+  const bool setting_off = axis.sent && clock_.now() - axis.sent->at < kStartLag;
+  if (now->moving || setting_off) {
+    return fail(ErrorCode::busy, fmt::format("axis {} moves", axis.settings.axis.name), link_.path(),
+                "wait for its end, or stop it");
+  }
+  // What a target is told in: of a stepper its steps, also where an encoder is beside it.
+  const auto here = link_.number(axis.settings.number, axis.settings.servo ? "TPE" : "TPM");
+  if (!here) return pass(here);
+  const auto target = scale.away_from(*here, delta_rad);
+  if (!target) return pass(target);
+  return go(axis, *now, *target, *sent_at);
+}
+
+Result<void> Controller::go(Axis& axis, const Status& now, std::int32_t target, const Rates& rates) {
+  if (std::abs(target) > kFarthest) {
+    return fail(ErrorCode::bad_input,
+                fmt::format("{} counts are beyond what the controller can be sent to", target));
+  }
   const int n = axis.settings.number;
-  for (const std::string& command :
-       {std::string("MA1"), "A" + *ramp, "AD" + *ramp, "V" + *speed, fmt::format("D{}", *target)}) {
+  for (const std::string& command : {std::string("MA1"), "A" + rates.acceleration, "AD" + rates.acceleration,
+                                     "V" + rates.velocity, fmt::format("D{}", target)}) {
     if (auto ok = link_.order(n, command); !ok) return ok;
   }
-  axis.sent = Sent{clock_.now(), *target};
+  axis.sent = Sent{clock_.now(), target};
   auto gone = link_.order(0, "GO" + mask(axis, 'X', '1'));
   if (gone || gone.error().code != ErrorCode::device) return gone;
   axis.sent.reset();
-  if (now->positive_limit || now->negative_limit) {
-    return refused("stands on a limit switch: " + gone.error().what, "drive it out");
+  if (now.positive_limit || now.negative_limit) {
+    return refused(axis, "stands on a limit switch: " + gone.error().what, "drive it out");
   }
   return gone;
 }

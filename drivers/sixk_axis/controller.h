@@ -37,6 +37,8 @@ class Controller {
   [[nodiscard]] base::Result<void> home(std::size_t axis);
   [[nodiscard]] base::Result<void> move_to(std::size_t axis, double target_rad, double velocity_rad_s,
                                            double acceleration_rad_s2);
+  [[nodiscard]] base::Result<void> move_by(std::size_t axis, double delta_rad, double velocity_rad_s,
+                                           double acceleration_rad_s2);
   [[nodiscard]] base::Result<void> stop(std::size_t axis);
   [[nodiscard]] base::Result<AxisState> state(std::size_t axis);
 
@@ -54,6 +56,10 @@ class Controller {
     std::string fault;                 ///< beyond what its status says
   };
 
+  struct Rates {
+    std::string velocity, acceleration;  ///< as the controller takes them
+  };
+
   void plan_set_up();
   void add_order(int axis, std::string command, bool needed);
   [[nodiscard]] base::Result<Steps::Is> ask_revision();
@@ -62,6 +68,12 @@ class Controller {
   /// A rate of the axis in turns of its motor, as the controller takes it: rounded down to its last digit.
   [[nodiscard]] base::Result<std::string> turns(const Axis& axis, double rad_per_s,
                                                 std::string_view what) const;
+  [[nodiscard]] base::Result<Rates> rates(const Axis& axis, double velocity, double acceleration) const;
+  [[nodiscard]] tl::unexpected<base::Error> refused(const Axis& axis, const std::string& why,
+                                                    std::string hint) const;
+  /// The axis as it is, where it can be sent somewhere: energised, without a fault, not homing.
+  [[nodiscard]] base::Result<Status> ready_to_go(std::size_t axis);
+  [[nodiscard]] base::Result<void> go(Axis& axis, const Status& now, std::int32_t target, const Rates& rates);
   [[nodiscard]] base::Result<Status> status(std::size_t axis);
   [[nodiscard]] base::Result<std::int32_t> read_position(const Axis& axis);
   [[nodiscard]] base::Result<bool> look_after_homing(std::size_t axis, const Status& status);

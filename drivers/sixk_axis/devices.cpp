@@ -72,6 +72,11 @@ class ControllersAxis final : public Axis {
       return controller.move_to(index_, target_rad, velocity, acceleration);
     });
   }
+  [[nodiscard]] Result<void> move_by(double delta_rad, double velocity, double acceleration) override {
+    return box_->connection().use([&](Controller& controller) {
+      return controller.move_by(index_, delta_rad, velocity, acceleration);
+    });
+  }
   [[nodiscard]] Result<void> stop() override {
     return box_->connection().use_at_once(
         [&](Controller& controller) { return controller.stop(index_); },

@@ -109,6 +109,11 @@ auto TicAxis::with(Use&& use, Call call) -> decltype(use(std::declval<Session&>(
   if (!session) return pass(session);
   const Settings& settings = (*session)->settings();
   has_switches_ = settings.forward_limit_pins != 0 || settings.reverse_limit_pins != 0;
+  if (tic_.homing == Homing::forward || tic_.homing == Homing::reverse) {
+    constexpr double kPerMicrostep = 10000;
+    homing_velocity_rad_s_ = std::max(settings.homing_speed_towards, settings.homing_speed_away) /
+                             kPerMicrostep * tic_.axis.scale.resolution_rad();
+  }
   auto answer = use(**session);
   // One that is silent is spoken to further: a stop must reach it without a greeting before.
   if ((*session)->link().gone()) connection_.close();
@@ -116,8 +121,12 @@ auto TicAxis::with(Use&& use, Call call) -> decltype(use(std::declval<Session&>(
 }
 
 AxisCapabilities TicAxis::capabilities() const {
-  return {tic_.axis.scale.resolution_rad(), tic_.axis.max_velocity_rad_s, tic_.axis.max_acceleration_rad_s2,
-          false, has_switches_};
+  return {tic_.axis.scale.resolution_rad(),
+          tic_.axis.max_velocity_rad_s,
+          tic_.axis.max_acceleration_rad_s2,
+          false,
+          has_switches_,
+          homing_velocity_rad_s_};
 }
 
 Result<void> TicAxis::acknowledge(Link& link, const Variables& now) {
@@ -248,32 +257,64 @@ Result<void> TicAxis::move_to(double target_rad, double velocity_rad_s, double a
   const auto accel = tic_accel(tic_.axis.scale, acceleration_rad_s2);
   if (!accel) return pass(accel);
   return with([&](Session& session) -> Result<void> {
-    Link& link = session.link();
-    const std::string& where = link.identity().where;
-    if (!session.mismatch().empty()) return fail(ErrorCode::device, session.mismatch(), where);
-    const auto now = link.variables();
+    const auto now = ready_for_target(session);
     if (!now) return pass(now);
-    if (auto ok = acknowledge(link, *now); !ok) return ok;
-    if (now->homing)
-      return fail(ErrorCode::busy, "the axis is being homed", where, "wait for its end, or stop it");
     if (now->position_uncertain)
-      return fail(ErrorCode::refused, "the axis is not homed", where, "home it first");
-    if (!now->runs()) return not_running(*now, where);
-    const std::int64_t way = std::int64_t{*target} - now->position;
-    if (std::abs(way) > std::numeric_limits<std::int32_t>::max()) {
-      return fail(ErrorCode::bad_input, "so far that the Tic would go the other way round", where);
-    }
-    if (blocked(*now, way > 0 ? 1 : way < 0 ? -1 : 0)) {
-      return fail(ErrorCode::refused,
-                  fmt::format("the axis stands on its {} limit switch and would be driven further in",
-                              way > 0 ? "forward" : "reverse"),
-                  where, "drive it out; if it is out, mend the switch");
-    }
-    if (auto ok = send_rates(link, *now, *speed, *accel); !ok) return ok;
-    if (auto ok = link.write32(Command::set_target_position, *target); !ok) return ok;
-    errand_ = Errand{*target};
-    return {};
+      return fail(ErrorCode::refused, "the axis is not homed", session.link().identity().where,
+                  "home it first");
+    return go(session.link(), *now, *target, *speed, *accel);
   });
+}
+
+Result<void> TicAxis::move_by(double delta_rad, double velocity_rad_s, double acceleration_rad_s2) {
+  const CountScale& scale = tic_.axis.scale;
+  if (const auto by = scale.distance(delta_rad); !by) return pass(by);
+  const auto speed = tic_speed(scale, velocity_rad_s);
+  if (!speed) return pass(speed);
+  const auto accel = tic_accel(scale, acceleration_rad_s2);
+  if (!accel) return pass(accel);
+  return with([&](Session& session) -> Result<void> {
+    const auto now = ready_for_target(session);
+    if (!now) return pass(now);
+    if (moving(*now))
+      return fail(ErrorCode::busy, "the axis moves", session.link().identity().where,
+                  "wait for its end, or stop it");
+    const auto target = scale.away_from(now->position, delta_rad);
+    if (!target) return pass(target);
+    return go(session.link(), *now, *target, *speed, *accel);
+  });
+}
+
+Result<Variables> TicAxis::ready_for_target(Session& session) {
+  Link& link = session.link();
+  const std::string& where = link.identity().where;
+  if (!session.mismatch().empty()) return fail(ErrorCode::device, session.mismatch(), where);
+  auto now = link.variables();
+  if (!now) return now;
+  if (auto ok = acknowledge(link, *now); !ok) return pass(ok);
+  if (now->homing)
+    return fail(ErrorCode::busy, "the axis is being homed", where, "wait for its end, or stop it");
+  return now;
+}
+
+Result<void> TicAxis::go(Link& link, const Variables& now, std::int32_t target, std::uint32_t speed,
+                         std::uint32_t accel) {
+  const std::string& where = link.identity().where;
+  if (!now.runs()) return not_running(now, where);
+  const std::int64_t way = std::int64_t{target} - now.position;
+  if (std::abs(way) > std::numeric_limits<std::int32_t>::max()) {
+    return fail(ErrorCode::bad_input, "so far that the Tic would go the other way round", where);
+  }
+  if (blocked(now, way > 0 ? 1 : way < 0 ? -1 : 0)) {
+    return fail(ErrorCode::refused,
+                fmt::format("the axis stands on its {} limit switch and would be driven further in",
+                            way > 0 ? "forward" : "reverse"),
+                where, "drive it out; if it is out, mend the switch");
+  }
+  if (auto ok = send_rates(link, now, speed, accel); !ok) return ok;
+  if (auto ok = link.write32(Command::set_target_position, target); !ok) return ok;
+  errand_ = Errand{target};
+  return {};
 }
 
 Result<void> TicAxis::stop() {

@@ -26,6 +26,9 @@ class TicAxis final : public Axis {
   [[nodiscard]] base::Result<void> home() override;
   [[nodiscard]] base::Result<void> move_to(double target_rad, double velocity_rad_s,
                                            double acceleration_rad_s2) override;
+  /// A target in the Tic's own counting, which it follows also while its position is uncertain.
+  [[nodiscard]] base::Result<void> move_by(double delta_rad, double velocity_rad_s,
+                                           double acceleration_rad_s2) override;
   /// Brakes in any case; with Stop::halt a motor that turns is then halted at once. One that does not obey is
   /// de-energised.
   [[nodiscard]] base::Result<void> stop() override;
@@ -46,6 +49,10 @@ class TicAxis final : public Axis {
   [[nodiscard]] base::Result<void> halt(Link& link);
   [[nodiscard]] base::Result<void> let_go(Link& link);
   [[nodiscard]] base::Result<void> go_home(Session& session, const Variables& found);
+  /// The Tic as it is, where it can be given a target.
+  [[nodiscard]] base::Result<Variables> ready_for_target(Session& session);
+  [[nodiscard]] base::Result<void> go(Link& link, const Variables& now, std::int32_t target,
+                                      std::uint32_t speed, std::uint32_t accel);
   [[nodiscard]] base::Result<void> set_here(Session& session, const Variables& now);
   [[nodiscard]] base::Result<void> send_rates(Link& link, const Variables& now, std::uint32_t speed,
                                               std::uint32_t accel);
@@ -58,6 +65,7 @@ class TicAxis final : public Axis {
   Deadline call_ends_{};
   Connection<Session> connection_;
   bool has_switches_ = false;
+  std::optional<double> homing_velocity_rad_s_;  ///< of the Tic's own homing, as its settings have it
   // What was last set going and is not known to have ended.
   std::optional<Errand> errand_;
   // Errors that occurred and are over, told until the next command.

@@ -42,6 +42,8 @@ struct UsbIpDevice::Impl {
   std::mutex mutex;             // guards what is written to the socket and all below
   std::deque<Waiting> waiting;  // transfers that the host waits for, of all endpoints
   std::deque<Queued> queued;
+  std::uint32_t newest = 0;                // number of the last transfer that came
+  std::vector<UsbIpUnlink> ahead_of_time;  // of transfers that have not come yet
   std::thread thread;
 
   bool read(std::span<std::uint8_t> bytes) const {
@@ -130,8 +132,26 @@ struct UsbIpDevice::Impl {
     const auto found =
         std::find_if(waiting.begin(), waiting.end(), [&](const Waiting& w) { return w.number == u.of; });
     const bool pending = found != waiting.end();
+    // The kernel sends from two queues, of which this one may overtake the other. Were it told that the
+    // transfer is done, it would take that for lost and hang up when its answer comes.
+    if (!pending && static_cast<std::int32_t>(u.of - newest) > 0) {
+      ahead_of_time.push_back(u);
+      return;
+    }
     if (pending) waiting.erase(found);
     write(usbip_ret_unlink(u.number, pending ? usbip_status::kUnlinked : usbip_status::kDone));
+  }
+
+  // Whether the host took the transfer back before it came.
+  bool taken_back(const UsbIpSubmit& s) {
+    const std::lock_guard lock(mutex);
+    newest = s.number;
+    const auto found = std::find_if(ahead_of_time.begin(), ahead_of_time.end(),
+                                    [&](const UsbIpUnlink& u) { return u.of == s.number; });
+    if (found == ahead_of_time.end()) return false;
+    write(usbip_ret_unlink(found->number, usbip_status::kUnlinked));
+    ahead_of_time.erase(found);
+    return true;
   }
 
   bool serve_one() {
@@ -148,7 +168,7 @@ struct UsbIpDevice::Impl {
     std::vector<std::uint8_t> data(s.in ? 0 : s.length);
     std::vector<std::uint8_t> iso(std::size_t{s.iso_packets} * kIsoDescriptor);
     if (!read(data) || !read(iso)) return false;
-    submit(s, data);
+    if (!taken_back(s)) submit(s, data);
     return true;
   }
 };
@@ -174,6 +194,18 @@ void UsbIpDevice::send(std::uint8_t endpoint, std::vector<std::uint8_t> data) {
   const std::lock_guard lock(impl_->mutex);
   impl_->queued.push_back({endpoint, std::move(data)});
   impl_->match();
+}
+
+std::size_t UsbIpDevice::unfetched(std::uint8_t endpoint) const {
+  const std::lock_guard lock(impl_->mutex);
+  return static_cast<std::size_t>(
+      std::count_if(impl_->queued.begin(), impl_->queued.end(),
+                    [endpoint](const Queued& each) { return each.endpoint == endpoint; }));
+}
+
+void UsbIpDevice::forget(std::uint8_t endpoint) {
+  const std::lock_guard lock(impl_->mutex);
+  std::erase_if(impl_->queued, [endpoint](const Queued& each) { return each.endpoint == endpoint; });
 }
 
 bool UsbIpDevice::ended() const {

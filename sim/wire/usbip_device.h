@@ -30,6 +30,10 @@ class UsbIpDevice {
   /// For the host's next transfers from that endpoint, in order; `endpoint` without its direction bit. More
   /// than the host has room for goes into its following transfer. Any thread.
   void send(std::uint8_t endpoint, std::vector<std::uint8_t> data);
+  /// How much of what was sent the host has not fetched yet: so many calls of send(). Any thread.
+  [[nodiscard]] std::size_t unfetched(std::uint8_t endpoint) const;
+  /// What the host has not fetched yet it will not get. Any thread.
+  void forget(std::uint8_t endpoint);
   /// The host has hung up, or said what no host says.
   [[nodiscard]] bool ended() const;
 

@@ -1,6 +1,7 @@
 // What suspends a job, what releases it, and what happens when it takes too long.
 #include "daemon/conditions.h"
 
+#include "daemon/space.h"
 #include "tests/daemon/job_fixture.h"
 
 namespace rig::daemon::testing {
@@ -81,6 +82,79 @@ TEST_F(ConditionsTest, AShortDiskSuspendsAfterThePose) {
   run_to_completion();
   EXPECT_EQ(suspensions(), (Strings{"+disk", "-disk"}));
   EXPECT_EQ(entry().done, 5);
+}
+
+TEST_F(ConditionsTest, ADiskThatRefusesSuspendsUntilItTakesFilesAgain) {
+  run_to_third_pose();
+  model_->disk_refuses = true;
+  run_until([&] { return resting(); });
+  EXPECT_EQ(suspensions(), Strings{"+disk"});
+  EXPECT_EQ(model_->state().stopped, "");
+  EXPECT_EQ(show(1).state(), protocol::SUSPENDED);
+  EXPECT_NE(show(1).suspensions(0).reason().find("the scan's disk: no space left"), std::string::npos);
+  const std::size_t from = model_->history().size();
+  run_for(60);
+  EXPECT_TRUE(resting());
+  EXPECT_EQ(suspensions(), Strings{"+disk"}) << "told once";
+  const auto tries = actions<PollDisk>(from);
+  EXPECT_NEAR(static_cast<double>(tries.size()), 12, 1);
+  for (const PollDisk& tried : tries) EXPECT_TRUE(tried.write);
+  EXPECT_TRUE(actions<OpenJob>(from).empty());
+  model_->disk_refuses = false;
+  run_to_completion();
+  EXPECT_EQ(suspensions(), (Strings{"+disk", "-disk"}));
+  EXPECT_EQ(entry().done, 5);
+  EXPECT_EQ(entry().retries, 0);
+  // What rigd could not write for itself meanwhile is written now.
+  EXPECT_FALSE(actions<SaveStop>(from).empty());
+  EXPECT_FALSE(actions<SaveLease>(from).empty());
+}
+
+TEST_F(ConditionsTest, ADiskThatRefusesWhileTheStopIsLatchedIsNoFurtherReasonToClearOne) {
+  run_to_third_pose();
+  model_->disk_refuses = true;
+  run_until([&] { return resting(); });
+  protocol::Request stop;
+  stop.mutable_stop()->set_reason("a hand in the rig");
+  ask(stop);
+  model_->disk_refuses = false;
+  run_for(20);
+  protocol::Request clear;
+  clear.mutable_clear_stop();
+  EXPECT_EQ(ask(clear).outcome(), protocol::DONE);
+  run_to_completion();
+  EXPECT_EQ(entry().done, 5);
+}
+
+// It takes files, and refuses those of the job: that no room mends.
+TEST_F(ConditionsTest, ADiskThatRefusesAgainAndAgainLatchesTheStop) {
+  run_to_third_pose();
+  const auto done = entry().done;
+  int refusals = 0;
+  while (model_->state().stopped.empty() && refusals < 20) {
+    run_until([&] { return !model_->state().disk_refuses; });
+    model_->post(StorageFailed{"permission denied", 0, true});
+    ++refusals;
+    run_until([&] { return model_->state().disk_refuses || !model_->state().stopped.empty(); });
+  }
+  EXPECT_EQ(refusals, 6);
+  EXPECT_EQ(model_->state().stopped, "the scan's disk: permission denied");
+  EXPECT_EQ(entry().done, done);
+  // Damage is nothing that room mends either.
+  restart();
+  model_->post(StorageFailed{"the journal is damaged"});
+  run_until([&] { return !model_->state().stopped.empty(); });
+}
+
+TEST_F(ConditionsTest, ADiskThatRefusesWithoutAJobIsAnAlarm) {
+  model_->post(StorageFailed{"no space left", 0, true});
+  run_for(1);
+  EXPECT_EQ(model_->state().stopped, "");
+  EXPECT_TRUE(std::any_of(model_->events().begin(), model_->events().end(), [](const protocol::Event& event) {
+    return event.has_alarm() && event.alarm().text() == "the scan's disk: no space left";
+  }));
+  run_for(10);
+  EXPECT_FALSE(model_->state().disk_refuses);
 }
 
 TEST_F(ConditionsTest, ACameraThatComesBackCostsNoAttemptAndNoStop) {

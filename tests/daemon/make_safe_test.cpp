@@ -37,7 +37,7 @@ TEST(MakeSafe, AModuleThatCannotBeOpenedIsAnErrorOfEachOfItsParts) {
   rig->modules.at(0).file = (folder / "no_such_module.so").string();
   const auto parts =
       make_safe(rig, base::make_system_clock(), folder.path(), std::chrono::milliseconds(20000));
-  ASSERT_EQ(parts.size(), machine::kAxisCount + 1);
+  ASSERT_EQ(parts.size(), machine::kAxisCount + 2) << "the axes, the light, and outputs that it may have";
   for (const SafePart& part : parts) {
     ASSERT_FALSE(part.state.has_value()) << part.name;
     EXPECT_NE(part.state.error().text().find("no_such_module"), std::string::npos)

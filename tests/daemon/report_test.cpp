@@ -108,6 +108,35 @@ TEST(Report, TellsAPersonWhatWentWrongAndNothingElseOfPoses) {
   EXPECT_EQ(text.find("another job"), std::string::npos) << text;
 }
 
+scan::EventRecord changed(std::uint64_t epoch, std::uint64_t number, std::uint64_t job,
+                          protocol::JobState state) {
+  protocol::Event event;
+  event.mutable_job_changed()->mutable_job()->set_job(job);
+  event.mutable_job_changed()->mutable_job()->set_state(state);
+  scan::EventRecord record = daemon::record(number, event);
+  record.epoch = epoch;
+  return record;
+}
+
+TEST(Report, TellsOfEachStartOfRigdThatTheJobWentOnAfter) {
+  protocol::JobInfo job;
+  job.set_job(7);
+  const std::vector<scan::EventRecord> events{
+      changed(1, 1, 7, protocol::QUEUED),    changed(2, 2, 7, protocol::HELD),
+      changed(3, 30, 7, protocol::ACTIVE),   changed(4, 5, 8, protocol::ACTIVE),
+      changed(5, 90, 7, protocol::COMPLETE), changed(5, 70, 7, protocol::ACTIVE),
+      changed(4, 60, 7, protocol::HELD)};
+  const protocol::Report report = make_report(job, {}, {}, events, {});
+  ASSERT_EQ(report.restarts_us_size(), 2) << "not those before it began";
+  EXPECT_EQ(report.restarts_us(0), 60'000'000);
+  EXPECT_EQ(report.restarts_us(1), 70'000'000);
+  EXPECT_NE(protocol::report_text(report).find("Restarted: rigd was started anew 2 times while the job was "
+                                               "under way: 1970-01-01 00:01:00 UTC, 1970-01-01 00:01:10 UTC"),
+            std::string::npos)
+      << protocol::report_text(report);
+  EXPECT_EQ(protocol::report_text(some_report()).find("Restarted"), std::string::npos);
+}
+
 TEST(Report, IsJsonWithTheNamesOfTheProtocol) {
   const auto json = protocol::report_json(some_report());
   ASSERT_TRUE(json.has_value()) << json.error().text();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/units.h"
 #include "core/machine/limits.h"
 #include "core/machine/motion.h"
 #include "daemon/place.h"
@@ -20,8 +21,8 @@ bool energises(const Action& action) {
   if (const auto* level = std::get_if<SetLightLevel>(&action)) return level->level > 0;
   if (const auto* shutter = std::get_if<SetShutter>(&action)) return shutter->open;
   return std::holds_alternative<EnableAxis>(action) || std::holds_alternative<HomeAxis>(action) ||
-         std::holds_alternative<MoveAxis>(action) || std::holds_alternative<ArmCamera>(action) ||
-         std::holds_alternative<TriggerCamera>(action);
+         std::holds_alternative<MoveAxis>(action) || std::holds_alternative<JogAxis>(action) ||
+         std::holds_alternative<ArmCamera>(action) || std::holds_alternative<TriggerCamera>(action);
 }
 
 }  // namespace
@@ -151,6 +152,17 @@ void RigModel::look_at(const Action& action) {
     }
     expect(machine::check_standing(setup_.rig, there).has_value(), "a move into a keep-out zone");
   }
+  if (const auto* jog = std::get_if<JogAxis>(&action)) {
+    const machine::AxisConfig& axis = setup_.rig.axes[jog->axis];
+    const drivers::AxisState& here = told_[jog->axis];
+    expect(std::abs(jog->by_rad) <= base::radians(10) + 1e-12, "a jog that goes far");
+    expect(jog->velocity_rad_s <= axis.jog_velocity_rad_s, "a jog faster than the reduced speed");
+    expect(jog->acceleration_rad_s2 <= axis.max_acceleration_rad_s2, "a jog that accelerates too fast");
+    expect(!here.homed, "a jog of an axis that knows its limits");
+    expect(here.fault.empty() && !here.moving, "a jog of an axis that moves or has a fault");
+    expect(!(here.at_low_limit && jog->by_rad < 0) && !(here.at_high_limit && jog->by_rad > 0),
+           "a jog further into a limit switch");
+  }
   if (const auto* publish = std::get_if<Publish>(&action)) {
     expect(publish->event.number() == last_event_ + 1, "event numbers have a gap");
     last_event_ = publish->event.number();
@@ -247,8 +259,9 @@ void RigModel::poll(std::size_t axis, std::uint64_t number) {
     d.homing = false;
     d.homed = true;
   }
-  drivers::AxisState reading{place(axis), d.enabled, moving(axis),       d.homed,
-                             false,       false,     latched_fault[axis]};
+  drivers::AxisState reading{
+      place(axis),          d.enabled,          moving(axis), d.homed, on_low_switch[axis],
+      on_high_switch[axis], latched_fault[axis]};
   if (chance(faults.garbage)) {
     switch (random_.below(4)) {
       case 0:
@@ -281,6 +294,10 @@ void RigModel::fetch(std::uint64_t exposure) {
       const bool went = drive.end > drive.start && drive.end > exposing_->first && drive.start < over;
       expect(!went, "an axis moved while the camera exposed");
     }
+  }
+  if (chance(faults.damaged)) {
+    exposing_.reset();
+    return answer(FrameDamaged{exposure, "part of it never came"});
   }
   const FrameSlot slot{next_slot_++};
   slots_.insert(slot.index);
@@ -357,8 +374,15 @@ void RigModel::check_commit(const CommitPose& commit) {
   }
 }
 
+// Mostly of the kind that room mends.
+StorageFailed RigModel::no_room(const std::string& what) {
+  return {what, 0, disk_refuses || chance(0.8)};
+}
+
 void RigModel::to_disk(const Action& action) {
-  if (std::holds_alternative<PollDisk>(action)) return answer(DiskRead{free_bytes});
+  if (const auto* poll = std::get_if<PollDisk>(&action)) {
+    return answer(DiskRead{free_bytes, poll->write && !disk_refuses && !chance(faults.disk)});
+  }
   if (const auto* create = std::get_if<CreateJob>(&action)) {
     if (chance(faults.disk)) {
       return answer(JobCreated{create->asker, base::fail(base::ErrorCode::io, "the disk is full")});
@@ -376,7 +400,7 @@ void RigModel::to_disk(const Action& action) {
     return answer(JobCreated{create->asker, entry});
   }
   if (const auto* open = std::get_if<OpenJob>(&action)) {
-    if (chance(faults.disk)) return answer(StorageFailed{"the journal cannot be opened"});
+    if (disk_refuses || chance(faults.disk)) return answer(no_room("the journal cannot be opened"));
     open_scan_ = open->id;
     stored_.clear();
     const Scan& scan = scans_.at(open->id);
@@ -401,12 +425,12 @@ void RigModel::to_disk(const Action& action) {
   if (const auto* store = std::get_if<StoreFrame>(&action)) {
     release(store->slot);
     if (scan_folder_gone) return answer(StorageFailed{"the folder is gone", open_scan_});
-    if (chance(faults.disk)) return answer(StorageFailed{"no space left"});
+    if (disk_refuses || chance(faults.disk)) return answer(no_room("no space left"));
     stored_[{store->pose.row, store->frame.index}] = true;
     return answer(FrameStored{store->pose.row, store->frame.index, "hash", store->pose.number});
   }
   if (const auto* commit = std::get_if<CommitPose>(&action)) {
-    if (chance(faults.disk)) return answer(StorageFailed{"no space left"});
+    if (disk_refuses || chance(faults.disk)) return answer(no_room("no space left"));
     auto& row = scans_.at(open_scan_).rows.at(static_cast<std::size_t>(commit->pose.row));
     expect(row.state == scan::RowState::pending, "a pose is committed twice");
     row.state = scan::RowState::done;
@@ -430,12 +454,14 @@ void RigModel::to_disk(const Action& action) {
 
 void RigModel::judge(const JudgeLook& look) {
   release(look.slot);
-  if (chance(faults.disk)) {
-    return answer(LookJudged{look.exposure, base::fail(base::ErrorCode::io, "the frame cannot be kept")});
+  if (disk_refuses || chance(faults.disk)) return answer(no_room("the frame cannot be kept"));
+  if (chance(faults.bad_visit)) {
+    return answer(LookJudged{look.exposure, base::fail(base::ErrorCode::damaged, "it shows nothing")});
   }
   LookFinding finding;
   finding.record.name = look.name;
   finding.record.means_dn = {look.name == "dark" ? dark_dn : patch_dn};
+  if (look.name == "flat") finding.record.means_dn = flat_dn;
   finding.tags = tags;
   finding.moved = moved;
   // Not before there is something that it is worse than.
@@ -448,7 +474,7 @@ void RigModel::judge(const JudgeLook& look) {
 }
 
 void RigModel::record(const RecordVisit& action) {
-  if (chance(faults.disk)) return answer(StorageFailed{"no space left"});
+  if (disk_refuses || chance(faults.disk)) return answer(no_room("no space left"));
   Scan& scan = scans_.at(open_scan_);
   VisitRecorded recorded{action.visit, {}, {}, {}};
   scan.visits.next = action.visit.number + 1;
@@ -505,6 +531,18 @@ void RigModel::carry_out(const Action& action) {
           drives_[m.axis].acceleration = m.acceleration_rad_s2;
         },
         static_cast<int>(move->axis));
+  } else if (const auto* jog = std::get_if<JogAxis>(&action)) {
+    on_channel(
+        kAxes,
+        [this, j = *jog] {
+          expect(!latched_, "an axis moves after a stop");
+          if (refuses_jogs) return answer(JogRefused{j.axis, "this drive cannot"});
+          drive(j.axis, place(j.axis) + j.by_rad,
+                machine::travel_time_s(j.by_rad, j.velocity_rad_s, j.acceleration_rad_s2));
+          drives_[j.axis].velocity = j.velocity_rad_s;
+          drives_[j.axis].acceleration = j.acceleration_rad_s2;
+        },
+        static_cast<int>(jog->axis));
   } else if (const auto* stop = std::get_if<StopAxis>(&action)) {
     stop_drive(stop->axis);
   } else if (const auto* asked = std::get_if<PollAxis>(&action)) {
@@ -518,6 +556,7 @@ void RigModel::carry_out(const Action& action) {
   } else if (const auto* trigger = std::get_if<TriggerCamera>(&action)) {
     check_trigger();
     on_channel(kCamera, [this, t = *trigger] {
+      if (now_ < busy_until || chance(faults.busy)) return answer(CameraBusy{t.exposure, "it exposes"});
       exposing_ = {now_, t.exposure_s};
       answer(CameraTriggered{t.exposure});
     });

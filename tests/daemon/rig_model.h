@@ -25,7 +25,8 @@ struct Faults {
   double off_target = 0;  ///< a move that ends elsewhere
   double stuck = 0;       ///< a move that never ends
   double disk = 0;        ///< the storage fails
-  double damaged = 0;     ///< a frame that cannot be one
+  double damaged = 0;     ///< a frame that cannot be one, or that the driver says is damaged
+  double busy = 0;        ///< a camera that is not ready for a trigger
   double bad_visit = 0;   ///< a look at reference or place that finds something
   double late_s = 0.002;  ///< the most that anything waits for its turn
 };
@@ -36,16 +37,21 @@ class RigModel {
 
   Faults faults;
   bool emergency_stop = false;
+  base::Time busy_until{};    ///< the camera
+  bool refuses_jogs = false;  ///< drives that cannot move before they are homed
+  std::array<bool, kAxisCount> on_low_switch{}, on_high_switch{};
   std::set<std::string> gone;  ///< "camera", "axis pan", ... do not answer
   /// A fault of the drive, which it keeps until it is enabled.
   std::array<std::string, kAxisCount> latched_fault;
   std::optional<double> camera_temperature_c;
   std::function<void(drivers::LightState&)> on_light_read;  ///< changes what the light says of itself
   double free_bytes = 1e12;                                 ///< of the scan's disk
+  bool disk_refuses = false;                                ///< full or read-only
   bool scan_folder_gone = false;
   double patch_dn = 1000, dark_dn = 0;  ///< what a reference visit finds
-  std::string moved;                    ///< what the check of the sample's place finds
-  std::vector<int> tags{0, 1, 2};       ///< that are seen
+  std::vector<double> flat_dn = std::vector<double>(16, 2000);
+  std::string moved;               ///< what the check of the sample's place finds
+  std::vector<int> tags{0, 1, 2};  ///< that are seen
 
   /// Whatever comes next happens: a device acts, a tick, or the request that a client wants to send by then.
   /// One call of step() at most.
@@ -107,6 +113,7 @@ class RigModel {
   void poll(std::size_t axis, std::uint64_t number);
   void fetch(std::uint64_t exposure);
   void to_disk(const Action& action);
+  StorageFailed no_room(const std::string& what);
   void check_trigger();
   void check_commit(const CommitPose& commit);
   void replied(const protocol::ClientId& client, std::uint64_t id);

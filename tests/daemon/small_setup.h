@@ -29,6 +29,14 @@ inline machine::ReferenceConfig some_reference() {
   return reference;
 }
 
+/// For some_reference().
+inline machine::FlatConfig some_flat() {
+  machine::FlatConfig flat;
+  flat.pose_rad = {0, base::radians(12.0), 0, base::radians(60.0)};
+  flat.exposure_s = 0.01;
+  return flat;
+}
+
 /// Poses that the shipped rig can take one after the other.
 inline std::vector<JointAngles> some_poses() {
   std::vector<JointAngles> poses;

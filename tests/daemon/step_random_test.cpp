@@ -74,7 +74,7 @@ std::string axis_name(base::Random& random) {
 
 protocol::Request random_request(base::Random& random, std::size_t jobs) {
   protocol::Request request;
-  switch (random.below(25)) {
+  switch (random.below(26)) {
     case 0:
       request.mutable_get_status();
       break;
@@ -147,6 +147,14 @@ protocol::Request random_request(base::Random& random, std::size_t jobs) {
     case 22:
       request.mutable_check_job()->set_job_toml(machine::format_job_config(random_job(random), "a test"));
       break;
+    case 25: {
+      auto& jog = *request.mutable_jog();
+      jog.set_axis(axis_name(random));
+      jog.set_by_deg(random.below(10) == 0  ? std::numeric_limits<double>::quiet_NaN()
+                     : random.below(5) == 0 ? random.uniform(-1e4, 1e4)
+                                            : random.uniform(-12, 12));
+      break;
+    }
     case 23:
       request.mutable_get_report()->set_job(random.below(jobs + 2));
       break;
@@ -184,6 +192,7 @@ Faults random_faults(base::Random& random) {
   faults.stuck = sometimes(0.02);
   faults.disk = sometimes(0.03);
   faults.damaged = sometimes(0.1);
+  faults.busy = sometimes(0.3);
   faults.bad_visit = sometimes(0.3);
   faults.late_s = random.below(3) == 0 ? 1 : 0.01;
   return faults;
@@ -219,6 +228,8 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     if (random.below(2) == 0) setup.rig.unattended.park_rad = some_poses()[1];
     setup.camera.overlaps_motion = random.below(3) != 0;
     if (random.below(2) == 0) setup.rig.unattended.reference = some_reference();
+    if (setup.rig.unattended.reference && random.below(2) == 0)
+      setup.rig.unattended.reference->flat = some_flat();
     RigModel model(setup, random_state(random), random.bits());
     const std::uint64_t jobs = random.below(3);
     for (std::uint64_t id = 1; id <= jobs; ++id) {
@@ -228,6 +239,7 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
       model.add_job(entry, random_job(random));
     }
     model.faults = random_faults(random);
+    model.refuses_jogs = random.below(4) == 0;
     double lamp = 1;  // what is left of the light's level
     model.on_light_read = [&lamp](drivers::LightState& light) { light.level *= lamp; };
     const double pause_s = random.below(2) == 0 ? 0.2 : 20;

@@ -137,6 +137,181 @@ TEST_F(StepTest, RefusesWhatIsNotAllowed) {
   EXPECT_TRUE(actions<MoveAxis>().empty());
 }
 
+protocol::Request jog_request(const std::string& axis, double by_deg) {
+  protocol::Request request;
+  request.mutable_jog()->set_axis(axis);
+  request.mutable_jog()->set_by_deg(by_deg);
+  return request;
+}
+
+// Before homing. Pan stands at 12 degrees by its own count.
+class JogTest : public StepTest {
+ protected:
+  void SetUp() override { model_ = RigModel(small_setup(), standing(false), 1); }
+  static constexpr std::size_t kPan = 2;
+  [[nodiscard]] double pan_deg() const { return base::degrees(model_.state().axes[kPan].last.position_rad); }
+};
+
+TEST_F(JogTest, MovesAnAxisThatIsNotHomedByALittleAtItsReducedSpeed) {
+  const double before_deg = pan_deg();
+  const auto& reply = ask(jog_request("pan", -2));
+  EXPECT_EQ(reply.outcome(), protocol::DONE) << reply.reason();
+  EXPECT_NEAR(pan_deg(), before_deg - 2, 1e-6);
+  EXPECT_FALSE(model_.state().axes[kPan].last.homed);
+  EXPECT_TRUE(model_.state().axes[kPan].last.enabled);
+  const auto jogs = actions<JogAxis>();
+  ASSERT_EQ(jogs.size(), 1U);
+  EXPECT_EQ(jogs[0].velocity_rad_s, small_setup().rig.axes[kPan].jog_velocity_rad_s);
+  EXPECT_TRUE(actions<MoveAxis>().empty());
+}
+
+TEST_F(JogTest, RefusesWhatGoesTooFarOrMakesNoSense) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& request : {jog_request("pan", 10.01), jog_request("pan", -10.01), jog_request("pan", nan),
+                              jog_request("elbow", 1), move_request("pan", 12)}) {
+    const auto& reply = ask(request);
+    EXPECT_EQ(reply.outcome(), protocol::REFUSED) << request.ShortDebugString();
+    EXPECT_FALSE(reply.reason().empty());
+  }
+  EXPECT_TRUE(actions<JogAxis>().empty());
+  EXPECT_TRUE(actions<EnableAxis>().empty());
+}
+
+TEST_F(JogTest, GoesOutOfALimitSwitchAndNotFurtherIn) {
+  model_.on_low_switch[kPan] = true;
+  run_until([&] { return model_.state().axes[kPan].last.at_low_limit; });
+  const auto& reply = ask(jog_request("pan", -1));
+  EXPECT_EQ(reply.outcome(), protocol::REFUSED);
+  EXPECT_NE(reply.reason().find("low limit switch"), std::string::npos) << reply.reason();
+  EXPECT_TRUE(actions<JogAxis>().empty());
+  EXPECT_EQ(ask(jog_request("pan", 1)).outcome(), protocol::DONE);
+}
+
+TEST_F(JogTest, StopsWhereItRunsIntoALimitSwitch) {
+  model_.request(jog_request("pan", 5));
+  run_until([&] { return !actions<JogAxis>().empty(); });
+  model_.on_high_switch[kPan] = true;
+  run_until([&] { return !model_.state().stopped.empty(); });
+  EXPECT_EQ(model_.state().stopped, "axis pan ran into its high limit switch");
+  EXPECT_EQ(model_.replies().back().outcome(), protocol::FAILED);
+}
+
+TEST_F(JogTest, IsFollowedAndStoppedWhereItDoesNotGo) {
+  model_.faults.stuck = 1;
+  const auto& reply = ask(jog_request("pan", 5));
+  EXPECT_EQ(reply.outcome(), protocol::FAILED);
+  EXPECT_NE(model_.state().stopped.find("pan did not end in time"), std::string::npos)
+      << model_.state().stopped;
+}
+
+TEST_F(JogTest, ADriverThatCannotIsNoFault) {
+  model_.refuses_jogs = true;
+  const auto& reply = ask(jog_request("pan", 2));
+  EXPECT_EQ(reply.outcome(), protocol::REFUSED);
+  EXPECT_NE(reply.reason().find("this drive cannot"), std::string::npos) << reply.reason();
+  EXPECT_EQ(model_.state().stopped, "");
+  EXPECT_FALSE(model_.state().motion.has_value());
+}
+
+TEST_F(JogTest, NothingMovesWhileTheStopIsLatched) {
+  EXPECT_EQ(ask(stop_request("somebody came in")).outcome(), protocol::DONE);
+  EXPECT_EQ(ask(jog_request("pan", 2)).outcome(), protocol::REFUSED);
+  EXPECT_TRUE(actions<JogAxis>().empty());
+}
+
+TEST_F(JogTest, AStopEndsIt) {
+  model_.request(jog_request("pan", 9));
+  run_until([&] { return model_.state().axes[kPan].last.moving; });
+  EXPECT_EQ(ask(stop_request("somebody came in")).outcome(), protocol::DONE);
+  run_until([&] { return model_.state().axes[kPan].known; });
+  EXPECT_LT(pan_deg(), base::degrees(some_poses()[0][kPan]) + 9 - 0.5);
+}
+
+protocol::Request snap_request(double exposure_us) {
+  protocol::Request request;
+  request.mutable_snap()->set_exposure_us(exposure_us);
+  return request;
+}
+
+TEST_F(StepTest, ADamagedFrameIsTakenAgainAndCountsAsAnAttempt) {
+  start_job(small_job(2));
+  run_until([&] { return !actions<TriggerCamera>().empty(); });
+  model_.faults.damaged = 1;
+  run_until([&] { return !actions<RecordFailure>().empty(); });
+  model_.faults.damaged = 0;
+  run_until([&] { return job_state() == JobEntry::State::complete; });
+  const auto failures = actions<RecordFailure>();
+  EXPECT_EQ(failures[0].reason, "a frame: part of it never came");
+  EXPECT_FALSE(failures[0].abandon);
+  EXPECT_EQ(model_.plan(1)[0].attempts, 1);
+  EXPECT_EQ(model_.state().jobs.at(0).done, 2);
+  EXPECT_EQ(model_.state().stopped, "") << "the night goes on";
+}
+
+TEST_F(StepTest, ACameraWhoseFramesAreAllDamagedIsAtFault) {
+  model_.faults.damaged = 1;
+  start_job(small_job(5));
+  run_until([&] { return !model_.state().stopped.empty(); });
+  EXPECT_NE(model_.state().stopped.find("5 frames one after the other were no good"), std::string::npos)
+      << model_.state().stopped;
+  EXPECT_NE(model_.state().stopped.find("part of it never came"), std::string::npos);
+}
+
+TEST_F(StepTest, ADamagedFrameOfAnExposureThatWasStoppedIsNothing) {
+  model_.request(snap_request(1e6));
+  run_until([&] { return !actions<TriggerCamera>().empty(); });
+  const auto exposure = actions<TriggerCamera>().back().exposure;
+  EXPECT_EQ(ask(stop_request("somebody came in")).outcome(), protocol::DONE);
+  model_.post(FrameDamaged{exposure, "part of it never came"});
+  run_for(2);
+  EXPECT_EQ(model_.state().frames_refused, 0);
+}
+
+TEST_F(StepTest, ABusyCameraIsTriggeredAgainUntilItTakesTheTrigger) {
+  // Shorter than the deadline of a call: nothing was exposed before that could explain more.
+  EXPECT_EQ(ask(snap_request(1e4)).outcome(), protocol::DONE);
+  model_.busy_until = model_.now() + seconds(1);
+  start_job(small_job(2));
+  run_until([&] { return job_state() == JobEntry::State::complete; });
+  EXPECT_EQ(model_.state().stopped, "");
+  EXPECT_TRUE(actions<RecordFailure>().empty()) << "no frame was lost by it";
+}
+
+TEST_F(StepTest, ACameraMayBeBusyAsLongAsTheExposureThatWasEnded) {
+  EXPECT_EQ(ask(snap_request(1e4)).outcome(), protocol::DONE);
+  model_.request(snap_request(2e6));
+  run_until([&] { return model_.state().frame && model_.state().frame->exposing; });
+  // It goes on to its end, and is read out: longer than a call's deadline.
+  model_.busy_until = model_.now() + seconds(2 + 0.5);
+  EXPECT_EQ(ask(stop_request("somebody came in")).outcome(), protocol::DONE);
+  run_until([&] { return model_.state().axes[0].known; });
+  EXPECT_EQ(ask(clear_request()).outcome(), protocol::DONE);
+  const auto& reply = ask(snap_request(1e4));
+  EXPECT_EQ(reply.outcome(), protocol::DONE) << reply.reason();
+}
+
+TEST_F(StepTest, ACameraThatStaysBusyIsAtFault) {
+  EXPECT_EQ(ask(snap_request(1e4)).outcome(), protocol::DONE);
+  run_for(5);
+  const base::Time asked = model_.now();
+  model_.busy_until = model_.now() + seconds(3600);
+  EXPECT_EQ(ask(snap_request(1e4)).outcome(), protocol::FAILED);
+  EXPECT_EQ(model_.state().stopped, "the camera takes no trigger: it exposes");
+  const double took_s = base::to_seconds(model_.now() - asked);
+  const double bound_s = small_setup().rig.deadlines.camera_s;
+  EXPECT_GE(took_s, bound_s);
+  EXPECT_LE(took_s, bound_s + 0.2);
+}
+
+TEST_F(StepTest, AJogOfAHomedAxisIsAMoveLikeAnyOther) {
+  EXPECT_EQ(ask(jog_request("pan", 5)).outcome(), protocol::DONE);
+  EXPECT_TRUE(actions<JogAxis>().empty());
+  const auto moves = actions<MoveAxis>();
+  ASSERT_FALSE(moves.empty());
+  EXPECT_NEAR(moves.back().target_rad, some_poses()[0][2] + base::radians(5), 1e-9);
+  EXPECT_EQ(ask(jog_request("pan", 1000)).outcome(), protocol::REFUSED) << "its limits hold";
+}
+
 TEST_F(StepTest, AnObserverMayLookAndStopOnly) {
   protocol::Request home;
   home.mutable_home();

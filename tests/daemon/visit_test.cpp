@@ -52,6 +52,44 @@ TEST_F(VisitTest, TakeADarkFrameWithTheShutterShutAndOneOfThePatches) {
   EXPECT_DOUBLE_EQ(looks[1].info.exposure_s, some_reference().exposure_s);
 }
 
+TEST_F(VisitTest, TakeAFlatAtItsOwnPose) {
+  const machine::FlatConfig flat = some_flat();
+  setup_.rig.unattended.reference->flat = flat;
+  restart();
+  add_job(small_job(1));
+  run_to_completion();
+  const auto looks = actions<JudgeLook>();
+  ASSERT_EQ(looks.size(), 6U);
+  for (const std::size_t first : {0U, 3U}) {
+    EXPECT_EQ(looks[first].name, "dark");
+    EXPECT_EQ(looks[first + 1].name, "patches");
+    EXPECT_EQ(looks[first + 2].name, "flat");
+    EXPECT_DOUBLE_EQ(looks[first + 2].info.exposure_s, flat.exposure_s);
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+      EXPECT_NEAR(looks[first + 1].readback_rad[i], some_reference().pose_rad[i], 1e-3);
+      EXPECT_NEAR(looks[first + 2].readback_rad[i], flat.pose_rad[i], 1e-3);
+    }
+  }
+  ASSERT_EQ(visits().size(), 2U);
+  EXPECT_EQ(visits()[0].flat_level(), 0) << "nothing to compare with";
+  EXPECT_DOUBLE_EQ(visits()[1].flat_level(), 1);
+}
+
+TEST_F(VisitTest, AFlatThatIsNotAsItWasSuspendsTheJob) {
+  setup_.rig.unattended.reference->flat = some_flat();
+  restart();
+  add_job(small_job(5));
+  run_until([&] { return commits() == 2; });
+  model_->flat_dn[5] = 1800;  // one part of it: a shadow
+  run_until([&] { return !suspensions().empty(); });
+  EXPECT_THAT(suspensions(), ElementsAre("+reference"));
+  EXPECT_THAT(visits().back().what(), HasSubstr("the light is uneven: a part of the flat departs by"));
+  EXPECT_EQ(visits().back().poses_again(), 2U);
+  model_->flat_dn[5] = 2000;
+  run_to_completion();
+  EXPECT_EQ(entry().done, 5);
+}
+
 TEST_F(VisitTest, ABadOneSuspendsTheJobAndQueuesThePosesSinceTheLastGoodOneAgain) {
   add_job(small_job(5));
   run_until([&] { return commits() == 2; });
@@ -192,6 +230,37 @@ TEST(VisitVerdict, ComparesWithTheFirstVisit) {
   EXPECT_NEAR(verdict.unevenness, 1.03 / 1.01 - 1, 1e-12);
   EXPECT_EQ(verdict.what, "");
   EXPECT_THAT(judge_visit(config, first, visit_of({1000, 500, 840}, 1), false).what, HasSubstr("uneven"));
+}
+
+TEST(VisitVerdict, ComparesTheFlatWithinItsOwnBand) {
+  machine::ReferenceConfig config = some_reference();
+  config.flat = some_flat();
+  config.flat->band = 0.1;
+  config.flat->evenness = 0.03;
+  const auto visit_with = [](std::vector<double> flat) {
+    auto visit = visit_of({1000}, 0);
+    visit.looks.push_back({"flat", "", 0.01, {}, "", std::move(flat)});
+    return visit;
+  };
+  const auto first = visit_with({2000, 1000});
+  EXPECT_EQ(judge_visit(config, std::nullopt, first, false).what, "");
+  auto verdict = judge_visit(config, first, visit_with({1840, 920}), false);
+  EXPECT_EQ(verdict.what, "");
+  EXPECT_NEAR(verdict.flat_level, 0.92, 1e-12);
+  EXPECT_NEAR(verdict.flat_unevenness, 0, 1e-12);
+  EXPECT_THAT(judge_visit(config, first, visit_with({1760, 880}), false).what,
+              HasSubstr("the flat has 0.8800 of its first radiance"));
+  // Ratios 1 and 0.9: mean 0.95.
+  verdict = judge_visit(config, first, visit_with({2000, 900}), false);
+  EXPECT_NEAR(verdict.flat_unevenness, 0.05 / 0.95, 1e-12);
+  EXPECT_THAT(verdict.what, HasSubstr("a part of the flat departs"));
+  EXPECT_THAT(judge_visit(config, first, visit_with({2000}), false).what,
+              HasSubstr("1 parts of the flat are seen, 2 were at first"));
+  for (const auto& dark : {std::vector<double>{}, std::vector<double>{2000, 3}}) {
+    EXPECT_THAT(judge_visit(config, std::nullopt, visit_with(dark), false).what, HasSubstr("of the flat is"));
+  }
+  // What the scan's first visit did not have is not missed.
+  EXPECT_EQ(judge_visit(config, visit_of({1000}, 0), first, false).what, "");
 }
 
 TEST(VisitVerdict, IsStricterAfterABadOne) {

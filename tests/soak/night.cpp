@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
+#include <google/protobuf/util/json_util.h>
 #include <thread>
 
 #include "core/base/files.h"
@@ -26,10 +27,11 @@ namespace {
 
 // In every rig of the soak: it changes the pixels, but as a function of the angles.
 constexpr const char* kDrift = "[[module.settings.faults.fault]]\nkind = \"light-drift\"\nshare = 0.03\n\n";
-// Painted patches are noise about a mean: wide bands, in which a lamp that is out is still seen.
+// Painted patches are noise about a mean, the same noise where the rig stands the same: wider bands than for
+// a real lamp, which an excursion leaves all the same.
 constexpr const char* kVisits =
     "\n[reference]\npose_deg = [0.0, 10.0, 0.0, 75.0]\nexposure_ms = 30.0\ndark_exposure_ms = 30.0\n"
-    "every_poses = 7\nband = 0.5\nevenness = 0.9\ndark_dn = 100.0\nattempts = 20\nagain_min = 1.0\n";
+    "every_poses = 7\nband = 0.15\nevenness = 0.9\ndark_dn = 100.0\nattempts = 20\nagain_min = 1.0\n";
 constexpr std::chrono::seconds kSilence{90};  // nothing at all is told for so long: something hangs
 
 struct RandomFault {
@@ -37,8 +39,8 @@ struct RandomFault {
   double chance;  // the most that is drawn
 };
 
-// Frames stay as they are: each ends in a stop or in a pose that is taken again.
-constexpr std::array<RandomFault, 12> kKeepPixels{{{"kind = \"stall\"\nshare = 0.3", 0.02},
+// Frames stay as they are: each ends in a stop, in a suspension or in a pose that is taken again.
+constexpr std::array<RandomFault, 14> kKeepPixels{{{"kind = \"stall\"\nshare = 0.3", 0.02},
                                                    {"kind = \"backlash\"\nby_deg = 2", 1},
                                                    {"kind = \"limit-switch\"\nside = \"low\"", 0.002},
                                                    {"kind = \"limit-switch\"\nside = \"high\"", 0.002},
@@ -47,13 +49,17 @@ constexpr std::array<RandomFault, 12> kKeepPixels{{{"kind = \"stall\"\nshare = 0
                                                    {"kind = \"slow\"\nby_s = 40", 0.001},
                                                    {"kind = \"garbage\"", 0.001},
                                                    {"kind = \"lost\"", 0.001},
+                                                   {"kind = \"unplugged\"", 0.001},
+                                                   {"kind = \"disk-full\"\nby_s = 1\nfrom_s = 100", 0.003},
                                                    {"kind = \"dropped-frame\"", 0.03},
                                                    {"kind = \"corrupt-frame\"", 0.03},
                                                    {"kind = \"clock-step\"\nby_s = 3600", 0.005}}};
 constexpr RandomFault kLampOut{"kind = \"light-fails\"", 0.003};
-constexpr std::array<RandomFault, 3> kChangePixels{
+// In each of the nights whose frames may change: some fall upon a visit, which gives poses back.
+constexpr const char* kExcursions =
+    "[[module.settings.faults.fault]]\nkind = \"light-excursion\"\nshare = -0.2\nchance = 0.2\n\n";
+constexpr std::array<RandomFault, 2> kChangePixels{
     {{"kind = \"lost-steps\"\nby_deg = 0.3", 0.02},
-     {"kind = \"light-excursion\"\nshare = -0.2", 0.1},
      {"kind = \"limit-switch\"\ndevice = \"arm\"\nside = \"high\"", 0.1}}};
 
 std::string random_faults(base::Random& random, std::uint64_t seed, bool changes_pixels) {
@@ -66,6 +72,7 @@ std::string random_faults(base::Random& random, std::uint64_t seed, bool changes
   for (const RandomFault& fault : kKeepPixels) maybe(fault);
   maybe(kLampOut);
   if (changes_pixels) {
+    text += kExcursions;
     for (const RandomFault& fault : kChangePixels) maybe(fault);
   }
   return text;
@@ -188,6 +195,12 @@ class Keeper {
         if (quiet) break;
         heard = std::chrono::steady_clock::now();
         if (ending.at_event > 0 && ++events >= ending.at_event) return false;
+        if ((*event)->has_reference_visited())
+          report_.given_back += static_cast<int>((*event)->reference_visited().poses_again());
+        if ((*event)->has_job_suspended() && (*event)->job_suspended().condition() != "stopped") {
+          ++report_.suspensions;
+          ++report_.reasons[kind_of((*event)->job_suspended().reason())];
+        }
         if ((*event)->has_stop_latched()) {
           ++report_.stops;
           ++report_.reasons[kind_of((*event)->stop_latched().reason())];
@@ -252,6 +265,39 @@ class Keeper {
   base::Random random_;
 };
 
+// What whoever comes in the morning reads: every pose, as the journal has it.
+Result<void> judge_report(const fs::path& scan, const std::vector<scan::PlanRow>& plan, NightReport& report) {
+  const auto text = base::read_file(scan / "report.json");
+  if (!text) return base::pass(text);
+  protocol::Report told;
+  if (const auto parsed = google::protobuf::util::JsonStringToMessage(*text, &told); !parsed.ok())
+    return base::fail(base::ErrorCode::damaged, parsed.ToString(), (scan / "report.json").string());
+  const auto expect = [&](bool holds, const std::string& what) {
+    if (!holds) report.problems.push_back("report.json: " + what);
+  };
+  expect(told.job().state() == protocol::COMPLETE, "the job is not complete");
+  expect(told.poses_size() == static_cast<int>(plan.size()),
+         fmt::format("has {} of {} poses", told.poses_size(), plan.size()));
+  if (told.poses_size() != static_cast<int>(plan.size())) return {};
+  for (int i = 0; i < told.poses_size(); ++i) {
+    const protocol::PoseReport& pose = told.poses(i);
+    const scan::PlanRow& row = plan[static_cast<std::size_t>(i)];
+    const bool done = row.state == scan::RowState::done;
+    expect(pose.row() == row.row, fmt::format("row {} is not in its place", row.row));
+    expect(pose.state() == (done ? "done" : "abandoned"),
+           fmt::format("row {} is '{}' there", row.row, pose.state()));
+    expect(static_cast<int>(pose.failures()) == row.attempts,
+           fmt::format("row {} has {} failures there, and {} in the journal", row.row, pose.failures(),
+                       row.attempts));
+    expect(done || pose.reasons_size() > 0, fmt::format("row {} was abandoned without a reason", row.row));
+    expect(!done || pose.frames() > 0, fmt::format("row {} has no frames", row.row));
+  }
+  expect(told.visits_size() == report.good_visits + report.bad_visits, "not every visit is in it");
+  expect(told.restarts_us_size() <= report.kills + report.deaths, "more restarts than there were");
+  report.restarts = told.restarts_us_size();
+  return {};
+}
+
 Result<void> judge(const NightOptions& options, NightReport& report) {
   const fs::path scan = options.folder / "scan";
   const auto verified = scan::verify_scan(scan, [](std::size_t) {});
@@ -278,7 +324,7 @@ Result<void> judge(const NightOptions& options, NightReport& report) {
   for (const scan::PoseRecord& pose : view->poses) {
     for (const scan::FrameRecord& frame : pose.frames) report.frame_hashes[frame.file] = frame.sha256;
   }
-  return {};
+  return judge_report(scan, view->plan, report);
 }
 
 Result<NightReport> night(const NightOptions& options, const std::string& faults, bool disturbed) {

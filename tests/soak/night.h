@@ -27,10 +27,13 @@ struct NightReport {
   int kills = 0;                        ///< by a signal at a moment of the wall or of an event
   int deaths = 0;                       ///< at a chosen instant around a write, flush, rename or commit
   int stops = 0;                        ///< latched by a fault, and cleared
+  int suspensions = 0;                  ///< by a fault, which ended by themselves
+  int restarts = 0;                     ///< of rigd, that the morning report tells of
+  int given_back = 0;                   ///< poses that a bad visit made pending again, as far as was heard
   int failed_attempts = 0;              ///< of poses, in the journal
   int good_visits = 0, bad_visits = 0;  ///< to the reference patches
   std::int64_t poses = 0, done = 0, abandoned = 0;
-  std::map<std::string, int> reasons;               ///< of stops, without their figures
+  std::map<std::string, int> reasons;               ///< of stops and suspensions, without their figures
   std::map<std::string, std::string> frame_hashes;  ///< by file
   std::vector<std::string> problems;                ///< empty: all is well
 };

@@ -25,6 +25,7 @@ struct Options {
 
 struct Total {
   int nights = 0, changed_nights = 0, kills = 0, deaths = 0, stops = 0, failed_attempts = 0;
+  int suspensions = 0, restarts = 0, given_back = 0;
   int good_visits = 0, bad_visits = 0;
   std::int64_t poses = 0, done = 0, abandoned = 0;
   std::size_t frames_compared = 0;
@@ -86,6 +87,9 @@ base::Result<void> run(const Options& options, Total& total) {
     total.kills += judged->kills;
     total.deaths += judged->deaths;
     total.stops += judged->stops;
+    total.suspensions += judged->suspensions;
+    total.restarts += judged->restarts;
+    total.given_back += judged->given_back;
     total.failed_attempts += judged->failed_attempts;
     total.good_visits += judged->good_visits;
     total.bad_visits += judged->bad_visits;
@@ -134,12 +138,20 @@ int main(int argc, char** argv) {
               static_cast<long long>(total.abandoned), total.failed_attempts);
   std::printf("%d reference visits: %d good, %d bad\n", total.good_visits + total.bad_visits,
               total.good_visits, total.bad_visits);
-  std::printf("%d stops latched and cleared:\n", total.stops);
+  std::printf("%d poses given back by bad visits; the reports tell of %d restarts\n", total.given_back,
+              total.restarts);
+  std::printf("%d stops latched and cleared, %d suspensions that ended by themselves:\n", total.stops,
+              total.suspensions);
   for (const auto& [reason, times] : total.reasons) std::printf("  %5d  %s\n", times, reason.c_str());
   std::printf("%zu frames compared with the undisturbed night's, %zu problems\n", total.frames_compared,
               total.problems);
   if (!done) {
     std::printf("FAILED: %s\n", done.error().text().c_str());
+    return 1;
+  }
+  constexpr int kNightsEnough = 10;
+  if (total.changed_nights >= kNightsEnough && (total.bad_visits == 0 || total.given_back == 0)) {
+    std::printf("FAILED: no excursion of the light was seen by a visit\n");
     return 1;
   }
   if (total.problems > 0) return 1;

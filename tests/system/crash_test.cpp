@@ -1,12 +1,14 @@
 // rigd is killed in the middle of a job, at moments that a seed chooses, and started again: the job goes on
 // by itself, the scan is complete, and its frames are those of an undisturbed run, byte for byte.
 #include <algorithm>
+#include <cstdlib>
 #include <gtest/gtest.h>
 
 #include "core/base/random.h"
 #include "core/scan/verify.h"
 #include "tests/core/seed.h"
 #include "tests/system/running_rig.h"
+#include "tests/system/tiny_rig.h"
 
 namespace rig::test {
 
@@ -65,6 +67,61 @@ TEST(Crash, KilledThreeTimesTheScanIsTheSame) {
     ASSERT_NE(found, frames.end()) << name;
     EXPECT_TRUE(found->second == bytes) << name << " differs from the undisturbed scan's";
   }
+}
+
+// The programs started while it lives die at an instant of core/base/death.h.
+class DeathAt {
+ public:
+  explicit DeathAt(const std::string& instant) { ::setenv("RIG_DIE_AT", instant.c_str(), 1); }
+  ~DeathAt() { ::unsetenv("RIG_DIE_AT"); }
+  DeathAt(const DeathAt&) = delete;
+  DeathAt& operator=(const DeathAt&) = delete;
+};
+
+TEST(Crash, AtEachKindOfInstantNothingIsLost) {
+  TemporaryFolder folder;
+  const std::string job = tiny_job(30);
+  RunningRig undisturbed(folder / "undisturbed", tiny_rig_toml());
+  ASSERT_NO_FATAL_FAILURE(undisturbed.start());
+  undisturbed.submit(job);
+  ASSERT_EQ(undisturbed.await_job_end(), protocol::COMPLETE) << undisturbed.log();
+  EXPECT_EQ(undisturbed.end(SIGTERM), 0) << undisturbed.log();
+
+  RunningRig rig(folder / "killed", tiny_rig_toml());
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  rig.submit(job);
+  ASSERT_TRUE(rig.await([](const protocol::Event& event) { return event.has_pose_committed(); }));
+  EXPECT_EQ(rig.end(SIGTERM), 0) << rig.log();
+  // Each is in the middle of the poses: what rigd writes to begin with are commits alone.
+  const std::vector<std::string> instants{"before-write:3",   "after-write:4",   "before-flush:5",
+                                          "after-flush:6",    "before-rename:2", "after-rename:2",
+                                          "before-commit:20", "after-commit:21"};
+  std::int64_t done = 1;
+  for (const std::string& instant : instants) {
+    SCOPED_TRACE(instant);
+    const DeathAt death(instant);
+    Program rigd("rigd",
+                 {"--config", rig.folder() / "rig.toml", "--state", rig.folder() / "state", "--runtime",
+                  rig.folder() / "run"},
+                 rig.folder() / "rigd.log");
+    ASSERT_TRUE(rigd.ends_within(kPatience)) << "the instant did not come";
+    ASSERT_EQ(rigd.wait(), -SIGKILL) << rig.log();
+    const auto report = scan::verify_scan(rig.scan(), {});
+    ASSERT_TRUE(report.has_value()) << report.error().text();
+    EXPECT_GE(report->progress.done, done) << "a pose that was committed is lost";
+    done = report->progress.done;
+    ASSERT_LT(done, report->progress.total) << "it died after the job";
+  }
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  ASSERT_EQ(rig.await_job_end(), protocol::COMPLETE) << rig.log();
+  protocol::Request ask;
+  ask.mutable_get_report()->set_job(1);
+  EXPECT_EQ(rig.expect_done(ask).report().restarts_us_size(), static_cast<int>(instants.size() + 1));
+  EXPECT_EQ(rig.end(SIGTERM), 0) << rig.log();
+  expect_complete(rig.scan());
+  EXPECT_TRUE(frames_of(rig.scan()) == frames_of(undisturbed.scan()));
+  EXPECT_NE(bytes_in(rig.scan() / "report.txt").find("Restarted: rigd was started anew 9 times"),
+            std::string::npos);
 }
 
 TEST(Crash, AnAskedEndIsNoCrash) {

@@ -1,17 +1,24 @@
 // Every fault of the virtual rig, caused and ended while rigd runs: what must happen, seen on the event
-// stream, in the journal and in the frames.
+// stream, in the journal, in the report and in the frames.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/scan/scan_directory.h"
 #include "core/scan/verify.h"
+#include "tests/system/job_events.h"
 #include "tests/system/running_rig.h"
 #include "tests/system/tiny_rig.h"
 
 namespace rig::test {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ContainsRegex;
+
+// Painted patches are the same at every visit, as the pose is.
+const char* const kVisits =
+    "\n[reference]\npose_deg = [0.0, 10.0, 0.0, 75.0]\nexposure_ms = 30.0\ndark_exposure_ms = 30.0\n"
+    "every_poses = 3\nband = 0.1\nevenness = 0.5\ndark_dn = 100.0\nattempts = 20\nagain_min = 0.1\n";
 
 class Fault : public ::testing::Test {
  protected:
@@ -64,9 +71,28 @@ class Fault : public ::testing::Test {
   void finish() {
     EXPECT_EQ(rig_.await_job_end(), protocol::COMPLETE) << rig_.log();
     EXPECT_EQ(rig_.end(SIGTERM), 0) << rig_.log();
-    // Whoever comes in the morning reads of each.
-    const std::string report = bytes_in(rig_.scan() / "report.txt");
-    for (const std::string& reason : told_) EXPECT_THAT(report, ContainsRegex(reason));
+    expect_told_of(rig_);
+  }
+  // The journal has each reason, and whoever comes in the morning reads of it.
+  void expect_told_of(const RunningRig& rig) const {
+    const std::string report = bytes_in(rig.scan() / "report.txt");
+    const auto kept = reasons_in_journal(rig.scan());
+    for (const std::string& reason : told_) {
+      EXPECT_THAT(report, ContainsRegex(reason));
+      EXPECT_THAT(kept, Contains(ContainsRegex(reason)));
+    }
+  }
+  // The job waits, and no stop is latched.
+  void expect_suspension(const std::string& condition, const std::string& reason) {
+    protocol::JobSuspended told;
+    ASSERT_TRUE(rig_.await([&](const protocol::Event& event) {
+      EXPECT_FALSE(event.has_stop_latched()) << event.stop_latched().reason();
+      if (event.has_job_suspended()) told = event.job_suspended();
+      return event.has_job_suspended();
+    })) << rig_.log();
+    EXPECT_EQ(told.condition(), condition);
+    EXPECT_THAT(told.reason(), ContainsRegex(reason));
+    told_.push_back(reason);
   }
   [[nodiscard]] scan::ScanView view() const {
     auto scan = scan::open_scan(rig_.scan());
@@ -112,12 +138,14 @@ TEST_F(Fault, AStalledHomingStopsTheRig) {
   expect_nothing_lost();
 }
 
-// The readback is right, so that rigd cannot know: the registration finds it. Homing sets it right again.
+// The readback is right, so that rigd cannot know and tells of nothing: the registration finds it. Homing
+// sets it right again.
 TEST_F(Fault, LostStepsMoveTheImageAndNothingElse) {
   cause("[[fault]]\nkind = \"lost-steps\"\ndevice = \"roll\"\nby_deg = 0.5\nafter = 4\ntimes = 1\n");
   begin();
   finish();
   expect_undamaged(true);
+  EXPECT_THAT(reasons_in_journal(rig_.scan()), ::testing::IsEmpty());
   const auto expected = undisturbed();
   const auto frames = frames_of(rig_.scan());
   EXPECT_TRUE(frames.at("000000/00.tif") == expected.at("000000/00.tif"));
@@ -199,6 +227,8 @@ TEST_F(Fault, ACallThatOutlastsItsBoundStopsTheRig) {
     rig.expect_done(clear);
     EXPECT_EQ(rig.await_job_end(), protocol::COMPLETE) << rig.log();
     EXPECT_EQ(rig.end(SIGTERM), 0) << rig.log();
+    told_ = {what};
+    expect_told_of(rig);
   }
 }
 
@@ -233,6 +263,43 @@ TEST_F(Fault, AFrameThatIsNoneIsRefusedAndItsPoseTakenAgain) {
   EXPECT_TRUE(frames_of(rig_.scan()) == undisturbed());
 }
 
+TEST_F(Fault, AFrameOfWhichAPartNeverCameIsTakenAgain) {
+  cause("[[fault]]\nkind = \"incomplete-frame\"\nafter = 2\ntimes = 2\n");
+  begin();
+  EXPECT_FALSE(expect_failure("a frame: camera: part of the frame never came").abandoned());
+  EXPECT_FALSE(expect_failure("a frame: camera: part of the frame never came").abandoned());
+  expect_nothing_lost();
+}
+
+TEST_F(Fault, ACameraThatNeverSendsAWholeFrameStopsTheRig) {
+  cause("[[fault]]\nkind = \"incomplete-frame\"\n");
+  begin(tiny_job(6, 2));
+  expect_stop(
+      "5 frames one after the other were no good, the last one: camera: part of the frame never came");
+  mend();
+  EXPECT_EQ(clear(), protocol::DONE);
+  finish();
+}
+
+// The pose is taken again 1 s after its frame was given up.
+TEST_F(Fault, ACameraThatIsBusyAfterAnAbortIsTriggeredAgain) {
+  cause(
+      "[[fault]]\nkind = \"dropped-frame\"\nafter = 2\ntimes = 1\n"
+      "[[fault]]\nkind = \"busy\"\nby_s = 2.5\ntimes = 1\n");
+  begin();
+  EXPECT_FALSE(expect_failure("a frame: the camera delivered none in time").abandoned());
+  expect_nothing_lost();
+}
+
+TEST_F(Fault, ACameraThatStaysBusyStopsTheRig) {
+  cause(
+      "[[fault]]\nkind = \"dropped-frame\"\nafter = 2\ntimes = 1\n"
+      "[[fault]]\nkind = \"busy\"\nby_s = 60\ntimes = 1\n");
+  begin();
+  expect_stop("the camera takes no trigger: camera: the camera is exposing");
+  EXPECT_EQ(rig_.end(SIGTERM), 0) << rig_.log();
+}
+
 TEST_F(Fault, APoseWhoseFramesAreNeverGoodIsAbandonedAndAfterFiveTheRigStops) {
   cause("[[fault]]\nkind = \"corrupt-frame\"\n");
   begin(tiny_job(6, 2));
@@ -255,6 +322,23 @@ TEST_F(Fault, ACameraThatIsLostStopsTheRigAndIsUsedAgainWhenItIsBack) {
   expect_stop("camera: .*does not answer any more");  // it is still gone
   mend();
   EXPECT_EQ(clear(), protocol::DONE);
+  expect_nothing_lost();
+}
+
+TEST_F(Fault, ADeviceThatIsUnpluggedSuspendsTheJobWhichGoesOnByItself) {
+  cause(
+      "[[fault]]\nkind = \"unplugged\"\ndevice = \"camera\"\nafter = 7\ntimes = 3\n"
+      "[[fault]]\nkind = \"unplugged\"\ndevice = \"tilt\"\nfrom_s = 930\ntimes = 4\n");
+  begin();
+  expect_suspension("device lost", "camera: is not connected");
+  expect_suspension("device lost", "tilt: is not connected");
+  expect_nothing_lost();
+}
+
+TEST_F(Fault, AFullDiskSuspendsTheJobWhichGoesOnByItself) {
+  cause("[[fault]]\nkind = \"disk-full\"\nby_s = 8\nfrom_s = 910\ntimes = 1\n");
+  begin();
+  expect_suspension("disk", "the scan's disk: .*(File too large|disk I/O error)");
   expect_nothing_lost();
 }
 
@@ -289,6 +373,34 @@ TEST_F(Fault, AnExcursionOfTheLightChangesTheFramesOfItsTime) {
   EXPECT_LT(changed, expected.size());
 }
 
+// Where the light is visited, it is found: the poses that it spoiled are taken again.
+TEST_F(Fault, AnExcursionThatAReferenceVisitSeesCostsThePosesSinceTheLastGoodOne) {
+  RunningRig rig(folder_ / "visited", tiny_rig_toml() + kVisits);
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  rig.submit(tiny_job(8));
+  ASSERT_TRUE(rig.await([](const protocol::Event& event) { return event.has_pose_committed(); }));
+  const auto faults = folder_ / "visited/state/virtual/faults.toml";
+  put_bytes(faults, "[[fault]]\nkind = \"light-excursion\"\nshare = -0.2\n");
+  protocol::ReferenceVisited bad;
+  ASSERT_TRUE(rig.await([&](const protocol::Event& event) {
+    if (event.has_reference_visited()) bad = event.reference_visited();
+    return event.has_reference_visited() && !bad.good();
+  })) << rig.log();
+  EXPECT_THAT(bad.what(), ContainsRegex("of their first radiance"));
+  EXPECT_GE(bad.poses_again(), 1U);
+  std::filesystem::remove(faults);
+  EXPECT_EQ(rig.await_job_end(), protocol::COMPLETE) << rig.log();
+  EXPECT_EQ(rig.end(SIGTERM), 0) << rig.log();
+  told_ = {"the reference patches have 0\\..* of their first radiance"};
+  expect_told_of(rig);
+  RunningRig calm(folder_ / "calm", tiny_rig_toml() + kVisits);
+  ASSERT_NO_FATAL_FAILURE(calm.start());
+  calm.submit(tiny_job(8));
+  EXPECT_EQ(calm.await_job_end(), protocol::COMPLETE) << calm.log();
+  EXPECT_EQ(calm.end(SIGTERM), 0);
+  EXPECT_TRUE(frames_of(rig.scan()) == frames_of(calm.scan()));
+}
+
 // As after a machine was suspended: the call in flight has outlasted its bound.
 TEST_F(Fault, AStepOfTheClockStopsTheRigAndLosesNothing) {
   cause("[[fault]]\nkind = \"clock-step\"\nby_s = 7200\nfrom_s = 910\ntimes = 1\n");
@@ -296,6 +408,53 @@ TEST_F(Fault, AStepOfTheClockStopsTheRigAndLosesNothing) {
   expect_stop("took longer than|no answer from");
   EXPECT_EQ(clear(), protocol::DONE);
   expect_nothing_lost();
+}
+
+// While rigd runs its time only goes on; what the machine's clock says counts at the next start. A new world
+// begins with that clock, two hours behind the one of the night, which a step had brought forward.
+TEST_F(Fault, AClockThatWasSetBackBetweenTwoStartsLosesNothing) {
+  const auto state = folder_ / "visited/state/virtual";
+  RunningRig rig(folder_ / "visited", tiny_rig_toml() + kVisits);
+  std::filesystem::create_directories(state);
+  put_bytes(state / "faults.toml", "[[fault]]\nkind = \"clock-step\"\nby_s = 7200\ntimes = 1\n");
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  ASSERT_TRUE(rig.await([](const protocol::Event& event) { return event.has_stop_latched(); })) << rig.log();
+  std::filesystem::remove(state / "faults.toml");
+  protocol::Request clear_it;
+  clear_it.mutable_clear_stop();
+  rig.expect_done(clear_it);
+  rig.submit(tiny_job(12));
+  base::Time before{};
+  int committed = 0;
+  ASSERT_TRUE(rig.await([&](const protocol::Event& event) {
+    before = base::Time(std::chrono::microseconds(event.time_us()));
+    return event.has_pose_committed() && ++committed == 4;
+  })) << rig.log();
+  EXPECT_EQ(rig.end(SIGKILL), -SIGKILL);
+  std::filesystem::remove(state / "world.state");
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  base::Time after{};
+  ASSERT_TRUE(rig.await([&](const protocol::Event& event) {
+    after = base::Time(std::chrono::microseconds(event.time_us()));
+    return event.has_reference_visited() && event.reference_visited().good();
+  })) << rig.log();
+  ASSERT_LT(after, before - std::chrono::hours(1));
+  // What is taken now is not proven by the visits of a later hour.
+  ASSERT_TRUE(rig.await([](const protocol::Event& event) { return event.has_pose_committed(); }));
+  put_bytes(state / "faults.toml", "[[fault]]\nkind = \"light-excursion\"\nshare = -0.2\n");
+  protocol::ReferenceVisited bad;
+  ASSERT_TRUE(rig.await([&](const protocol::Event& event) {
+    if (event.has_reference_visited()) bad = event.reference_visited();
+    return event.has_reference_visited() && !bad.good();
+  })) << rig.log();
+  EXPECT_GE(bad.poses_again(), 1U);
+  std::filesystem::remove(state / "faults.toml");
+  EXPECT_EQ(rig.await_job_end(), protocol::COMPLETE) << rig.log();
+  EXPECT_EQ(rig.end(SIGTERM), 0) << rig.log();
+  const auto report = scan::verify_scan(rig.scan(), [](std::size_t) {});
+  ASSERT_TRUE(report.has_value()) << report.error().text();
+  EXPECT_TRUE(report->complete());
+  EXPECT_THAT(bytes_in(rig.scan() / "report.txt"), ContainsRegex("Restarted: rigd was started anew 1 time "));
 }
 
 TEST_F(Fault, AWrongFileOfFaultsIsComplainedAboutAndChangesNothing) {

@@ -1,11 +1,14 @@
 // A program of the project as a process of its own.
 #pragma once
 
+#include <chrono>
 #include <csignal>
 #include <fcntl.h>
 #include <filesystem>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <string>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <vector>
@@ -45,6 +48,15 @@ class Program {
     return wait();
   }
   [[nodiscard]] pid_t pid() const { return pid_; }
+  /// Whether it ends within this time.
+  [[nodiscard]] bool ends_within(std::chrono::milliseconds most) const {
+    const int process = static_cast<int>(::syscall(SYS_pidfd_open, pid_, 0));
+    EXPECT_GE(process, 0);
+    pollfd ended{process, POLLIN, 0};
+    const bool has_ended = ::poll(&ended, 1, static_cast<int>(most.count())) == 1;
+    ::close(process);
+    return has_ended;
+  }
   int wait() {
     int status = 0;
     EXPECT_EQ(::waitpid(pid_, &status, 0), pid_);

@@ -3,18 +3,29 @@
 #include <gtest/gtest.h>
 
 #include "tests/system/running_rig.h"
+#include "tests/system/tiny_rig.h"
 
 namespace rig::test {
 namespace {
+
+// Appends the occasion and the report to a file.
+std::string notify_into(const std::string& told) {
+  return fmt::format(
+      "\n[notify]\ncommand = [\"/bin/sh\", \"-c\", \"echo $1 >>{0}; cat >>{0}\", \"notify\"]\n", told);
+}
+
+// rigd waits for its notifications when it ends.
+std::string notified(RunningRig& rig, const std::string& told) {
+  EXPECT_EQ(rig.end(SIGTERM), 0) << rig.log();
+  return bytes_in(told);
+}
 
 TEST(Night, AJobThatWaitedForItsSampleReportsInTheMorning) {
   TemporaryFolder folder;
   const std::string told = (folder / "told").string();
   const std::string job = replaced(small_job(folder / "plan"), "sample = \"chart\"",
                                    "sample = \"chart\"\nneeds_sample_change = true");
-  RunningRig rig(folder / "rig", small_rig_toml() + fmt::format("\n[notify]\ncommand = [\"/bin/sh\", \"-c\", "
-                                                                "\"echo $1 >>{0}; cat >>{0}\", \"notify\"]\n",
-                                                                told));
+  RunningRig rig(folder / "rig", small_rig_toml() + notify_into(told));
   ASSERT_NO_FATAL_FAILURE(rig.start());
 
   protocol::Request check;
@@ -62,15 +73,50 @@ TEST(Night, AJobThatWaitedForItsSampleReportsInTheMorning) {
   const std::string text = bytes_in(rig.scan() / "report.txt");
   EXPECT_NE(text.find("sample change"), std::string::npos) << text;
   EXPECT_NE(bytes_in(rig.scan() / "report.json").find("\"suspensions\""), std::string::npos);
-  const std::string notified = bytes_in(told);
-  EXPECT_NE(notified.find("suspended\nJob 1"), std::string::npos) << notified;
-  EXPECT_NE(notified.find("complete\nJob 1"), std::string::npos) << notified;
+  EXPECT_NE(text.find("Restarted: rigd was started anew 1 time while"), std::string::npos) << text;
+  const std::string heard = bytes_in(told);
+  EXPECT_NE(heard.find("suspended\nJob 1"), std::string::npos) << heard;
+  EXPECT_NE(heard.find("complete\nJob 1"), std::string::npos) << heard;
+}
+
+// Longer than a suspension may last, then given up by a person.
+TEST(Night, AJobThatIsHeldAndThenAbortedTellsOfBoth) {
+  TemporaryFolder folder;
+  const std::string told = (folder / "told").string();
+  RunningRig rig(folder / "rig",
+                 tiny_rig_toml("[[module.settings.faults.fault]]\nkind = \"unplugged\"\ndevice = "
+                               "\"camera\"\nfrom_s = 910\n") +
+                     "\n[suspend]\nlimit_s = 60.0\n" + notify_into(told));
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  rig.submit(tiny_job());
+  protocol::JobInfo held;
+  ASSERT_TRUE(rig.await([&](const protocol::Event& event) {
+    if (event.has_job_changed()) held = event.job_changed().job();
+    return held.state() == protocol::HELD;
+  })) << rig.log();
+  EXPECT_EQ(held.hold().find("suspended for more than 60 s: camera: "), 0U) << held.hold();
+  EXPECT_NE(held.hold().find("is not connected"), std::string::npos) << held.hold();
+  protocol::Request abort;
+  abort.mutable_abort_job()->set_job(1);
+  rig.expect_done(abort);
+  EXPECT_EQ(rig.await_job_end(), protocol::ABORTED);
+  const std::string heard = notified(rig, told);
+  const auto suspended = heard.find("suspended\nJob 1 'tiny'");
+  const auto was_held = heard.find("held\nJob 1 'tiny', sample 'chart': held");
+  const auto aborted = heard.find("aborted\nJob 1 'tiny', sample 'chart': aborted");
+  ASSERT_NE(suspended, std::string::npos) << heard;
+  ASSERT_NE(was_held, std::string::npos) << heard;
+  ASSERT_NE(aborted, std::string::npos) << heard;
+  EXPECT_LT(suspended, was_held);
+  EXPECT_LT(was_held, aborted);
+  EXPECT_NE(heard.find("camera: is not connected", was_held), std::string::npos) << heard;
 }
 
 TEST(Night, AJobWhoseScanFolderVanishesFailsAndSaysSo) {
   TemporaryFolder folder;
   const std::string job = small_job(folder / "plan");
-  RunningRig rig(folder / "rig");
+  const std::string told = (folder / "told").string();
+  RunningRig rig(folder / "rig", small_rig_toml() + notify_into(told));
   ASSERT_NO_FATAL_FAILURE(rig.start());
   rig.submit(job);
   ASSERT_TRUE(rig.await([](const protocol::Event& event) { return event.has_pose_committed(); }));
@@ -80,7 +126,9 @@ TEST(Night, AJobWhoseScanFolderVanishesFailsAndSaysSo) {
   protocol::Request show;
   show.mutable_show_job()->set_job(1);
   EXPECT_NE(rig.expect_done(show).job().reason().find("no longer there"), std::string::npos);
-  EXPECT_EQ(rig.end(SIGTERM), 0);
+  const std::string heard = notified(rig, told);
+  EXPECT_NE(heard.find("failed\nJob 1 'small', sample 'chart': failed"), std::string::npos) << heard;
+  EXPECT_NE(heard.find("no longer there"), std::string::npos) << heard;
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sim/wire/line_board.h"
 #include "tests/system/running_rig.h"
 
 namespace rig::test {
@@ -124,6 +125,50 @@ TEST_F(Safe, AnAskedEndLeavesARigAtRest) {
   EXPECT_GT(arm.position_deg(), kFrom_deg);
   EXPECT_LT(arm.position_deg(), kTo_deg - 1);
   EXPECT_FALSE(status().light().shutter_open());
+}
+
+// A module that offers only lines: a valve that rigd opens at its start.
+TEST(SafeProgram, BringsOutputsToRestThatBelongToNoLight) {
+  const TemporaryFolder folder;
+  sim::wire::LineBoard board(folder / "board", {"valve", "fan", "button"});
+  const std::string module = fmt::format(R"(
+[[module]]
+name = "board"
+file = "gpiod_lines"
+[module.settings]
+chip = "unix:{}"
+[module.settings.output.valve]
+line = "valve"
+at_start = "active"
+[module.settings.output.fan]
+line = "fan"
+at_start = "active"
+at_exit = "keep"
+[module.settings.input.button]
+line = "button"
+
+)",
+                                         board.path().string());
+  RunningRig rig(folder / "rig", replaced(slow_rig_toml(), "[axis.roll]\n", module + "[axis.roll]\n"));
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  EXPECT_TRUE(board.high(0));
+  EXPECT_EQ(rig.end(SIGKILL), -SIGKILL);
+  EXPECT_TRUE(board.high(0)) << "nobody has closed it yet";
+  const auto log = folder / "log";
+  EXPECT_EQ(run_program("rigd-safe",
+                        {"--config", rig.folder() / "rig.toml", "--state", rig.folder() / "state"}, log),
+            0)
+      << bytes_in(log);
+  EXPECT_THAT(bytes_in(log), HasSubstr("outputs of 'board': valve inactive, fan active, left as it is"));
+  EXPECT_FALSE(board.high(0));
+  EXPECT_TRUE(board.high(1));
+  // A board that is gone is no reason to say that all is well.
+  board.cut();
+  EXPECT_EQ(run_program("rigd-safe",
+                        {"--config", rig.folder() / "rig.toml", "--state", rig.folder() / "state"}, log),
+            1);
+  EXPECT_THAT(bytes_in(log), HasSubstr("outputs of 'board': NOT SAFE"));
+  EXPECT_THAT(bytes_in(log), HasSubstr("light: shutter closed")) << "the rest is done all the same";
 }
 
 TEST(SafeProgram, SaysWhatIsWrongWithItsConfiguration) {

@@ -42,6 +42,23 @@ TEST(Service, TellsThatItIsReadyAliveAndEnding) {
   EXPECT_TRUE(manager.await("STOPPING=1", kPatience));
 }
 
+TEST(Service, RefusesADriveThatHomesFasterThanItsReducedSpeed) {
+  const TemporaryFolder folder;
+  const auto config = folder / "rig.toml";
+  const auto log = folder / "log";
+  const auto starts = [&](const std::string& text) {
+    put_bytes(config, text);
+    return run_program("rigd",
+                       {"--config", config.string(), "--state", (folder / "state").string(), "--runtime",
+                        (folder / "run").string()},
+                       log);
+  };
+  EXPECT_EQ(
+      starts(replaced(small_rig_toml(), "homing_velocity_deg_s = 10.0", "homing_velocity_deg_s = 10.5")), 1);
+  EXPECT_THAT(bytes_in(log), HasSubstr("axis.arm: it homes at 10.5 deg/s, faster than its reduced speed, "
+                                       "jog_velocity_deg_s = 10"));
+}
+
 TEST(Service, AJobLeavesItsNumbersInTheLogAndInTheMetrics) {
   const TemporaryFolder folder;
   const std::string job = small_job(folder / "plan");

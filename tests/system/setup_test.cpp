@@ -9,18 +9,9 @@ namespace {
 
 using ::testing::HasSubstr;
 
-class SettingUp : public testing::Test {
+class Unhomed : public testing::Test {
  protected:
-  SettingUp() {
-    rig_.start();
-    protocol::Request home;
-    home.mutable_home();
-    rig_.expect_done(home);
-    protocol::Request light;
-    light.mutable_set_light()->set_on(true);
-    light.mutable_set_light()->set_shutter_open(true);
-    rig_.expect_done(light);
-  }
+  Unhomed() { rig_.start(); }
 
   // `rig ...` with these answers; what it printed stays in `log_`.
   int rig(const std::string& arguments, const std::string& answers = {}) {
@@ -48,6 +39,19 @@ class SettingUp : public testing::Test {
   std::string log_;
 };
 
+class SettingUp : public Unhomed {
+ protected:
+  SettingUp() {
+    protocol::Request home;
+    home.mutable_home();
+    rig_.expect_done(home);
+    protocol::Request light;
+    light.mutable_set_light()->set_on(true);
+    light.mutable_set_light()->set_shutter_open(true);
+    rig_.expect_done(light);
+  }
+};
+
 TEST_F(SettingUp, LiveMeasuresWhatTheCameraSees) {
   ASSERT_EQ(rig("live --once --auto --save " + (folder_ / "last.png").string()), 0) << log_;
   EXPECT_NEAR(figure("level_percent"), 70, 6);
@@ -62,6 +66,23 @@ TEST_F(SettingUp, LiveMeasuresWhatTheCameraSees) {
   EXPECT_NEAR(figure("focus") / focus, 1, 0.2);
   ASSERT_EQ(rig("live --once --exposure-ms " + std::to_string(10 * good_ms)), 0) << log_;
   EXPECT_GT(figure("saturated_percent"), 1);
+}
+
+TEST_F(Unhomed, TheDirectionIsShownBeforeHoming) {
+  const auto pan = [this] {
+    protocol::Request look;
+    look.mutable_get_status();
+    return rig_.expect_done(look).status().axes(2);
+  };
+  while (pan().fault() == "not yet read") {
+  }
+  const double before_deg = pan().position_deg();
+  // Not the positive sense; there is no key to turn, and nothing is homed.
+  ASSERT_EQ(rig("axis setup pan", "y\nagain\nn\n"), 0) << log_;
+  EXPECT_THAT(log_, HasSubstr("moves by -2 deg"));
+  EXPECT_THAT(log_, HasSubstr("By hand: Turn the direction of pan round"));
+  EXPECT_NEAR(pan().position_deg(), before_deg + 2, 0.02);
+  EXPECT_FALSE(pan().homed());
 }
 
 TEST_F(SettingUp, AnAxisIsSetUpAndRigdStartsWithTheChangedFile) {

@@ -45,14 +45,14 @@ number = 1
 counts_per_deg = 250
 max_velocity_deg_s = 60.0
 max_acceleration_deg_s2 = 120.0
-home_velocity_deg_s = 30.0
+home_velocity_deg_s = 20.0
 [settings.axis.arm]
 number = 2
 counts_per_deg = 200
 zero_deg = 45.0
 max_velocity_deg_s = 60.0
 max_acceleration_deg_s2 = 240.0
-home_velocity_deg_s = 30.0
+home_velocity_deg_s = 10.0
 )",
                           sixk.path().string()));
   toml.module("board", "gpiod_lines",

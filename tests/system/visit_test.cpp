@@ -1,7 +1,9 @@
 // Reference visits and the check of the sample's place on the virtual rig, with frames that show its carrier.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <span>
 
+#include "core/base/hash.h"
 #include "core/scan/scan_directory.h"
 #include "core/scan/verify.h"
 #include "tests/system/running_rig.h"
@@ -63,6 +65,74 @@ TEST_F(Visit, ProvesEveryPoseOfAJob) {
   ASSERT_TRUE(report.has_value());
   EXPECT_TRUE(report->problems.empty());
   EXPECT_THAT(bytes_in(rig_.scan() / "report.txt"), HasSubstr("Reference: 4 visits"));
+}
+
+TEST_F(Visit, TakesAFlatOfATargetAtItsOwnPose) {
+  RunningRig rig(folder_ / "flat", rig_with_reference() +
+                                       "\n[reference.flat]\npose_deg = [0, 12, 0, 60]\nexposure_ms = 30\n"
+                                       "target_mm = [0, 95, 24, 16]\nband = 0.05\nevenness = 0.1\n");
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  protocol::Request check;
+  check.mutable_check_job()->set_job_toml(job());
+  const auto flight = rig.expect_done(check).preflight();
+  rig.submit(job());
+  EXPECT_EQ(rig.await_job_end(), protocol::COMPLETE) << rig.log();
+  const auto journal = scan::Journal::open_read_only(scan::journal_path(rig.scan()));
+  ASSERT_TRUE(journal.has_value());
+  const auto visits = journal->visits();
+  ASSERT_TRUE(visits.has_value());
+  ASSERT_EQ(visits->size(), 4U);
+  EXPECT_EQ(flight.visits(), 4U);
+  EXPECT_EQ(flight.frames(), 7U + 4 * 3);
+  for (const auto& visit : *visits) {
+    EXPECT_TRUE(visit.good) << visit.what;
+    ASSERT_EQ(visit.looks.size(), 3U);
+    EXPECT_EQ(visit.looks[2].name, "flat");
+    ASSERT_EQ(visit.looks[2].means_dn.size(), 16U);
+    for (const double mean : visit.looks[2].means_dn) EXPECT_GT(mean, 50);
+    EXPECT_TRUE(std::filesystem::exists(rig.scan() / visit.looks[2].file));
+  }
+  // What was foreseen is what was written.
+  double written = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(rig.scan())) {
+    if (entry.path().extension() == ".tif") written += static_cast<double>(entry.file_size());
+  }
+  EXPECT_GE(static_cast<double>(flight.bytes_needed()), written);
+  EXPECT_LE(static_cast<double>(flight.bytes_needed()), 1.2 * written);
+  protocol::Request report;
+  report.mutable_get_report()->set_job(1);
+  const auto told = rig.expect_done(report).report();
+  ASSERT_EQ(told.visits_size(), 4);
+  EXPECT_NEAR(told.visits(3).flat_level(), 1, 0.05);
+  EXPECT_EQ(rig.end(SIGTERM), 0);
+  EXPECT_THAT(bytes_in(rig.scan() / "report.txt"), HasSubstr(", the flat between "));
+  const auto verified = scan::verify_scan(rig.scan(), [](std::size_t) {});
+  ASSERT_TRUE(verified.has_value());
+  EXPECT_TRUE(verified->problems.empty());
+}
+
+TEST_F(Visit, ALightThatIsNotAsItWasShowsInTheFlatAlone) {
+  // Patches may be as they like.
+  RunningRig rig(folder_ / "flat", rig_with_reference() +
+                                       "band = 0.5\n\n[reference.flat]\nexposure_ms = 30\nband = 0.02\n"
+                                       "target_mm = [0, 95, 24, 16]\nevenness = 0.1\n");
+  ASSERT_NO_FATAL_FAILURE(rig.start());
+  rig.submit(job());
+  ASSERT_TRUE(rig.await([](const protocol::Event& event) { return event.has_pose_committed(); }));
+  std::filesystem::create_directories(folder_ / "flat/state/virtual");
+  put_bytes(folder_ / "flat/faults.new", "[[fault]]\nkind = \"light-excursion\"\nshare = -0.04\n");
+  std::filesystem::rename(folder_ / "flat/faults.new", folder_ / "flat/state/virtual/faults.toml");
+  protocol::ReferenceVisited bad;
+  ASSERT_TRUE(rig.await([&](const protocol::Event& event) {
+    if (event.has_reference_visited()) bad = event.reference_visited();
+    return event.has_reference_visited() && !bad.good();
+  })) << rig.log();
+  EXPECT_THAT(bad.what(), HasSubstr("the flat has 0.9"));
+  EXPECT_NEAR(bad.flat_level(), 0.96, 0.01);
+  EXPECT_EQ(bad.poses_again(), 3U);
+  std::filesystem::remove(folder_ / "flat/state/virtual/faults.toml");
+  EXPECT_EQ(rig.await_job_end(), protocol::COMPLETE) << rig.log();
+  EXPECT_EQ(rig.end(SIGTERM), 0);
 }
 
 TEST_F(Visit, ALampThatLosesLightIsNoticedAndThePosesAreTakenAgain) {
@@ -144,6 +214,44 @@ TEST_F(Visit, TheWrongSampleIsNotMeasured) {
   EXPECT_EQ(rig_.end(SIGTERM), 0);
 }
 
+TEST_F(Visit, AFrameIsFetchedByTheClientWhateverLiesThereFromBefore) {
+  ASSERT_NO_FATAL_FAILURE(rig_.start());
+  rig_.submit(job());
+  EXPECT_EQ(rig_.await_job_end(), protocol::COMPLETE) << rig_.log();
+  const std::string stored = bytes_in(rig_.scan() / "frames/000004/00.tif");
+  const std::filesystem::path out = folder_ / "frame.tif";
+  const std::filesystem::path part = folder_ / "frame.tif.part";
+  const auto fetch = [&](const std::string& row) {
+    return run_program("rig",
+                       {"frame", "1", row, "0", "--out", out, "--endpoint",
+                        "ipc://" + (folder_ / "rig/run/operate.sock").string()},
+                       folder_ / "rig-frame.log");
+  };
+  std::string half = stored.substr(0, stored.size() / 2);
+  std::string corrupt = half;
+  corrupt[1000] = static_cast<char>(corrupt[1000] ^ 1);
+  for (const std::string& before :
+       {std::string(), half, corrupt, stored, stored + "and more", corrupt + stored}) {
+    std::filesystem::remove(out);
+    put_bytes(part, before);
+    ASSERT_EQ(fetch("4"), 0) << before.size() << "\n" << bytes_in(folder_ / "rig-frame.log");
+    EXPECT_EQ(bytes_in(out), stored);
+    EXPECT_FALSE(std::filesystem::exists(part));
+  }
+  std::filesystem::remove(out);
+  EXPECT_NE(fetch("400"), 0);
+  EXPECT_FALSE(std::filesystem::exists(out));
+  // A frame whose file is damaged on rigd's disk is not handed out as good.
+  std::string damaged = stored;
+  damaged.back() = static_cast<char>(damaged.back() ^ 1);
+  put_bytes(rig_.scan() / "frames/000004/00.tif", damaged);
+  EXPECT_NE(fetch("4"), 0);
+  EXPECT_THAT(bytes_in(folder_ / "rig-frame.log"), HasSubstr("another hash than the journal has"));
+  EXPECT_FALSE(std::filesystem::exists(out));
+  EXPECT_FALSE(std::filesystem::exists(part));
+  EXPECT_EQ(rig_.end(SIGTERM), 0);
+}
+
 TEST_F(Visit, AFrameIsFetchedInPieces) {
   ASSERT_NO_FATAL_FAILURE(rig_.start());
   rig_.submit(job());
@@ -161,6 +269,7 @@ TEST_F(Visit, AFrameIsFetchedInPieces) {
     EXPECT_EQ(piece.offset(), bytes.size());
     bytes += piece.content();
   } while (bytes.size() < piece.file_bytes());
+  EXPECT_EQ(piece.sha256(), base::sha256_hex(std::as_bytes(std::span(bytes))));
   EXPECT_EQ(bytes, bytes_in(rig_.scan() / "frames/000004/00.tif"));
   protocol::Request beyond;
   beyond.mutable_get_frame()->set_job(1);

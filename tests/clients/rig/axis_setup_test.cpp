@@ -81,6 +81,15 @@ class AxisSetupTest : public testing::Test {
     }
     return out;
   }
+  [[nodiscard]] std::vector<double> jogs() const {
+    std::vector<double> out;
+    for (const auto& request : rigd_->requests()) {
+      if (!request.has_jog()) continue;
+      EXPECT_EQ(request.jog().axis(), "pan");
+      out.push_back(request.jog().by_deg());
+    }
+    return out;
+  }
   [[nodiscard]] std::string now_in_file() const { return test::bytes_in(path_); }
   [[nodiscard]] std::vector<std::string> backups() const {
     std::vector<std::string> out;
@@ -106,6 +115,7 @@ class AxisSetupTest : public testing::Test {
   protocol::Status status_;
   double home_deg_ = 0;
   double refused_above_deg_ = 1000;  // as a keep-out zone does
+  bool can_jog_ = true;
   std::optional<test::FakeRigd> rigd_{
       std::in_place, folder_ / "run", [this](const Request& request, test::FakeRigd&) {
         Reply reply = test::outcome(protocol::DONE);
@@ -114,6 +124,10 @@ class AxisSetupTest : public testing::Test {
           if (request.move().axes(0).angle_deg() > refused_above_deg_)
             return test::outcome(protocol::REFUSED, "light and carrier come too near");
           pan.set_position_deg(request.move().axes(0).angle_deg());
+        }
+        if (request.has_jog()) {
+          if (!can_jog_) return test::outcome(protocol::REFUSED, "this drive cannot");
+          pan.set_position_deg(pan.position_deg() + request.jog().by_deg());
         }
         if (request.has_home()) {
           for (auto& axis : *status_.mutable_axes()) axis.set_homed(true);
@@ -256,14 +270,44 @@ TEST_F(AxisSetupTest, AnInterruptStopsTheMovementAndChangesNothing) {
 TEST_F(AxisSetupTest, HomesFirstIfThePersonAgrees) {
   status_.mutable_axes(2)->set_homed(false);
   status_.mutable_axes(3)->set_homed(false);
-  const std::string refused = answered({"n"});
+  const std::string refused = answered({"n", "n"});
   EXPECT_THAT(refused, HasSubstr("not yet: pan, arm. Home all now"));
   ASSERT_FALSE(result_.has_value());
   EXPECT_EQ(result_.error().code, ErrorCode::refused);
   EXPECT_THAT(moves(), IsEmpty());
-  (void)answered({"y", "n", "n", "keep", "keep", "n"});
+  EXPECT_THAT(jogs(), IsEmpty());
+  (void)answered({"n", "y", "n", "n", "keep", "keep", "n"});
   ASSERT_TRUE(result_.has_value()) << result_.error().text();
   EXPECT_TRUE(status_.axes(2).homed());
+}
+
+TEST_F(AxisSetupTest, ShowsTheDirectionBeforeHoming) {
+  status_.mutable_axes(2)->set_homed(false);
+  // Once it was seen it is not asked for a second time.
+  const std::string out = answered({"", "again", "y", "y", "n", "keep", "keep", "n"});
+  ASSERT_TRUE(result_.has_value()) << result_.error().text() << out;
+  EXPECT_THAT(jogs(), ElementsAre(2, -2, 2));
+  EXPECT_THAT(moves(), IsEmpty());
+  EXPECT_THAT(out, HasSubstr("keeps no limits"));
+  EXPECT_TRUE(status_.axes(2).homed());
+  expect_unchanged();
+}
+
+TEST_F(AxisSetupTest, AWrongDirectionIsTurnedRoundBeforeItIsHomed) {
+  status_.mutable_axes(2)->set_homed(false);
+  const std::string out = answered({"y", "n", "y"});
+  ASSERT_TRUE(result_.has_value()) << result_.error().text() << out;
+  EXPECT_THAT(now_in_file(), HasSubstr("reversed = true"));
+  EXPECT_FALSE(status_.axes(2).homed()) << "homing would run into the wrong end";
+}
+
+TEST_F(AxisSetupTest, ADriveThatCannotMoveBeforeHomingIsHomedFirst) {
+  status_.mutable_axes(2)->set_homed(false);
+  can_jog_ = false;
+  const std::string out = answered({"y", "y", "y", "y", "n", "keep", "keep", "n"});
+  ASSERT_TRUE(result_.has_value()) << result_.error().text() << out;
+  EXPECT_THAT(out, HasSubstr("refused: this drive cannot"));
+  EXPECT_THAT(moves(), ElementsAre(2)) << "the direction is shown once it is homed";
 }
 
 TEST_F(AxisSetupTest, TheFileMustBeTheOneThatRigdRunsWith) {

@@ -4,8 +4,10 @@
 #include <atomic>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <thread>
 
 #include "core/base/interrupt.h"
+#include "protocol/frame_door.h"
 #include "tests/clients/rig/fake_rigd.h"
 #include "tests/core/temporary_folder.h"
 
@@ -84,7 +86,8 @@ TEST_F(LiveTest, OncePrintsTheFiguresOfTheRawFrame) {
   ASSERT_TRUE(result_.has_value()) << result_.error().text();
   EXPECT_EQ(out,
             "exposure_ms 20\nfocus 0\nlevel_percent 20\nsaturated_percent 0\nblack_percent 0\nfiducials "
-            "0\nfiducial_ids \nregion_px 0 0 40 30\nmeasured_on raw\n");
+            "0\nfiducial_ids \nregion_px 0 0 40 30\nmeasured_on raw\n"
+            "frame_from socket\n");
   ASSERT_EQ(snaps().size(), 1U);
   EXPECT_TRUE(snaps()[0].full());
 }
@@ -174,6 +177,78 @@ TEST_F(LiveTest, AnAnswerThatContradictsItselfIsAnError) {
     (void)output(once());
     EXPECT_FALSE(result_.has_value()) << fault;
   }
+}
+
+// Beside rigd's sockets there is the one that hands out its memory.
+class LiveOnTheSameMachine : public LiveTest {
+ protected:
+  LiveOnTheSameMachine() {
+    auto door = protocol::FrameDoor::open(folder_ / "run");
+    EXPECT_TRUE(door.has_value());
+    door_ = std::move(*door);
+    auto buffer = protocol::FrameBuffer::make(std::size_t{kWidth} * kHeight);
+    EXPECT_TRUE(buffer.has_value());
+    buffer_.emplace(std::move(*buffer));
+    instead_ = [this](std::size_t snap) {
+      protocol::Snap wanted;
+      wanted.set_exposure_us(20000);
+      wanted.set_full(!tells_);
+      Reply reply = test::outcome(protocol::DONE);
+      auto& frame = *reply.mutable_frame() = grey_card(0.2, wanted);
+      frame.set_counter(100 + snap);
+      if (tells_) {
+        publish(99, 0.9);  // somebody else's
+        publish(100 + snap, 0.4);
+        if (overtaken_) buffer_->begin();
+      }
+      return reply;
+    };
+  }
+  void publish(std::uint64_t counter, double level) {
+    // A client is let in by another thread.
+    for (int i = 0; i < 1000 && door_->clients() == 0; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    buffer_->begin();
+    std::fill(buffer_->pixels().begin(), buffer_->pixels().end(), static_cast<std::uint16_t>(level * 4095));
+    protocol::LocalFrame told;
+    told.set_generation(buffer_->complete());
+    told.set_width(kWidth);
+    told.set_height(kHeight);
+    told.set_counter(counter);
+    door_->publish(told, *buffer_);
+  }
+
+  bool tells_ = true, overtaken_ = false;
+  std::unique_ptr<protocol::FrameDoor> door_;
+  std::optional<protocol::FrameBuffer> buffer_;
+};
+
+TEST_F(LiveOnTheSameMachine, SamplesComeFromRigdsMemory) {
+  const std::string out = output(once());
+  ASSERT_TRUE(result_.has_value()) << result_.error().text();
+  EXPECT_THAT(out, HasSubstr("level_percent 40\n"));
+  EXPECT_THAT(out, HasSubstr("measured_on raw\nframe_from memory\n"));
+  ASSERT_EQ(snaps().size(), 1U);
+  EXPECT_FALSE(snaps()[0].full()) << "they need not go through the socket";
+}
+
+TEST_F(LiveOnTheSameMachine, WhatIsNotInMemoryComesThroughTheSocket) {
+  tells_ = false;
+  const std::string out = output(once());
+  ASSERT_TRUE(result_.has_value()) << result_.error().text();
+  EXPECT_THAT(out, HasSubstr("level_percent 20\n"));
+  EXPECT_THAT(out, HasSubstr("frame_from socket\n"));
+  ASSERT_EQ(snaps().size(), 2U);
+  EXPECT_TRUE(snaps()[1].full());
+}
+
+TEST_F(LiveOnTheSameMachine, AFrameThatRigdHasBegunToOverwriteIsNotUsed) {
+  overtaken_ = true;
+  (void)output(once());
+  // This rigd answers without samples then, which is no frame.
+  ASSERT_EQ(snaps().size(), 2U);
+  EXPECT_TRUE(snaps()[1].full());
+  EXPECT_FALSE(result_.has_value());
 }
 
 TEST(LiveInterrupted, EndsCleanlyWithTheLastFrameSavedAndGoesOnOverARefusal) {

@@ -90,9 +90,11 @@ TEST(LiveView, ALineHoldsAFrame) {
 }
 
 TEST(LiveView, FiguresAreNamesAndValues) {
-  EXPECT_EQ(live_figures(some_view().frame),
-            "exposure_ms 20\nfocus 12.345\nlevel_percent 68\nsaturated_percent 0.125\nblack_percent "
-            "25\nfiducials 7\nfiducial_ids 0 1 2 3 5 7 8\nregion_px 400 300 800 600\nmeasured_on raw\n");
+  EXPECT_EQ(
+      live_figures(some_view().frame),
+      "exposure_ms 20\nfocus 12.345\nlevel_percent 68\nsaturated_percent 0.125\nblack_percent "
+      "25\nfiducials 7\nfiducial_ids 0 1 2 3 5 7 8\nregion_px 400 300 800 600\nmeasured_on raw\nframe_from "
+      "socket\n");
 }
 
 TEST(LiveView, RangesOfIds) {

@@ -112,7 +112,8 @@ class Watching : public testing::Test {
     const test::FakeRigd rigd(folder_ / "run", std::move(story));
     int master = -1;
     int slave = -1;
-    EXPECT_EQ(::openpty(&master, &slave, nullptr, nullptr, nullptr), 0);
+    const winsize size{24, 120, 0, 0};
+    EXPECT_EQ(::openpty(&master, &slave, nullptr, nullptr, &size), 0);
     std::fflush(stdout);
     const int before = ::dup(STDOUT_FILENO);
     ::dup2(slave, STDOUT_FILENO);
@@ -190,6 +191,21 @@ TEST_F(Watching, AQueuedJobDoesNotHideTheOneThatRuns) {
                                        test::job_of(7, protocol::COMPLETE, 4)});
   EXPECT_THAT(out, HasSubstr("job 8 'night' (cloth): queued"));
   EXPECT_THAT(out, HasSubstr("job 7 'night': 3/4 poses"));
+}
+
+TEST_F(Watching, AJobThatIsHeldInTheMiddleIsShownWithItsReason) {
+  JobInfo held = test::job_of(7, protocol::HELD, 1);
+  auto& suspension = *held.add_suspensions();
+  suspension.set_condition("held");
+  suspension.set_reason("by hand");
+  suspension.set_suspended_s(65);
+  suspension.set_limit_s(600);
+  const std::string out = lines({held, {}, test::job_of(7, protocol::COMPLETE, 4)});
+  EXPECT_THAT(out,
+              HasSubstr("job 7 'night': 1/4 poses, suspended; held for 1:05 of at most 10:00: by hand\n"));
+  // One that waits in the queue is not the rig's.
+  EXPECT_THAT(lines({test::job_of(7, protocol::HELD, 0), {}, test::job_of(7, protocol::COMPLETE, 4)}),
+              Not(HasSubstr("0/4 poses, suspended")));
 }
 
 TEST_F(Watching, SurvivesEventsWithoutTheirContents) {

@@ -38,6 +38,8 @@ WatchView busy_view() {
   frame.set_saturated_share(0.125);
   view.bracket.push_back(frame);
   view.seconds_left = 3723;
+  view.status.set_free_bytes(120'400'000'000);
+  view.status.set_bytes_left(33'100'000'000);
   view.preview.set_preview_width(40);
   view.preview.set_preview_height(30);
   view.preview.set_preview_rgb(std::string(40 * 30 * 3, '\x7f'));
@@ -70,10 +72,49 @@ TEST(WatchView, SaysWhatMatters) {
   const std::string text = joined(draw_watch(busy_view(), {80, 40, true, true}));
   for (const char* said : {"night rig: running a job", "job 3 'denim' (denim, washed): active, 50/200 poses",
                            "25 %", "1:02:03 left", "row 51, attempt 2 to 1.0, 2.0, 3.0, 4.0 deg",
-                           "row 50 exposed  160 ms (12.50 % sat.)", "roll", "light off", "message 49"}) {
+                           "row 50 exposed  160 ms (12.50 % sat.)", "roll", "light off", "message 49",
+                           "disk 120.4 GB free, the job needs 33.1 GB, full in 3:45:42"}) {
     EXPECT_NE(text.find(said), std::string::npos) << said << "\n" << text;
   }
   EXPECT_EQ(text.find("message 0\n"), std::string::npos) << "the newest messages are shown, not the oldest";
+}
+
+TEST(WatchView, ASuspensionStandsWithItsReasonAgeAndLimit) {
+  WatchView view = busy_view();
+  view.job.set_state(protocol::SUSPENDED);
+  view.seconds_left = -1;
+  auto& disk = *view.job.add_suspensions();
+  disk.set_condition("disk");
+  disk.set_reason(
+      "the scan's disk has 12.3 MB free; the rest of the job needs 24.3 MB and 500.0 MB of margin");
+  disk.set_suspended_s(725);
+  disk.set_limit_s(7200);
+  auto& held = *view.job.add_suspensions();
+  held.set_condition("held");
+  held.set_reason("by hand");
+  held.set_suspended_s(59);
+  for (const int columns : {80, 140}) {  // 140: beside the picture
+    const auto lines = draw_watch(view, {columns, 40, true, columns == 80});
+    const std::string text = joined(lines);
+    EXPECT_NE(text.find("suspended, 50/200 poses"), std::string::npos) << text;
+    EXPECT_NE(text.find("suspended by disk for 12:05 of at most 2:00:00: the"), std::string::npos) << text;
+    EXPECT_NE(text.find("MB of"), std::string::npos) << "the reason is told to its end\n" << text;
+    EXPECT_NE(text.find("margin"), std::string::npos) << text;
+    EXPECT_NE(text.find("suspended by held for 0:59: by hand"), std::string::npos) << text;
+    EXPECT_NE(text.find("disk 120.4 GB free, the job needs 33.1 GB\n"), std::string::npos)
+        << "when it is full is not known without a pace\n"
+        << text;
+  }
+}
+
+TEST(WatchView, TextIsBrokenBetweenWords) {
+  using Lines = std::vector<std::string>;
+  EXPECT_EQ(wrapped("one two three", 20, "  "), (Lines{"one two three"}));
+  EXPECT_EQ(wrapped("one two three", 7, "  "), (Lines{"one two", "  three"}));
+  EXPECT_EQ(wrapped("one two three", 8, "  "), (Lines{"one two", "  three"}));
+  EXPECT_EQ(wrapped("a longword", 6, "  "), (Lines{"a", "  long", "  word"}));
+  EXPECT_EQ(wrapped("", 6, "  "), (Lines{""}));
+  EXPECT_EQ(wrapped("words", 1, "  "), (Lines{"w", "  ords"})) << "too narrow for more";
 }
 
 TEST(WatchView, TheMostImportantStaysOnASmallTerminal) {

@@ -73,7 +73,7 @@ TEST(RigConfig, CallsHaveDeadlinesAndMovingAxesATolerance) {
 }
 
 TEST(RigConfig, UnknownKeysAreErrorsWithTheirPlace) {
-  const std::string text = changed_rig_text({{"jog_velocity_deg_s = 2.0", "jog_velocty_deg_s = 2.0"}});
+  const std::string text = changed_rig_text({{"jog_velocity_deg_s = 10.0", "jog_velocty_deg_s = 10.0"}});
   const auto rig = parse_rig_config(text, "rig.toml");
   ASSERT_FALSE(rig.has_value());
   EXPECT_THAT(rig.error().text(),
@@ -114,7 +114,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"approach_deg = 1.0", "approach_deg = 36.0", "axis.arm.approach_deg: from home_deg down"},
         Mistake{"max_velocity_deg_s = 20.0", "max_velocity_deg_s = 0.0",
                 "axis.arm.max_velocity_deg_s: is 0, outside"},
-        Mistake{"jog_velocity_deg_s = 2.0", "jog_velocity_deg_s = 21.0",
+        Mistake{"jog_velocity_deg_s = 10.0", "jog_velocity_deg_s = 21.0",
                 "must not exceed max_velocity_deg_s"},
         Mistake{"tolerance_deg = 0.001", "tolerance_deg = -0.001", "axis.arm.tolerance_deg"},
         Mistake{"order = [\"arm\", \"tilt\", \"pan\", \"roll\"]",

@@ -1,6 +1,8 @@
 // The power goes at every moment of a job, and whatever the disk may hold then is opened as rigd opens it.
 #include <gmock/gmock.h>
 
+#include "core/base/files.h"
+#include "core/scan/visits.h"
 #include "tests/core/scan/recorded_job.h"
 #include "tests/core/seed.h"
 
@@ -148,6 +150,118 @@ TEST_F(PowerCut, WhileAPoseIsTakenAgain) {
       const auto frames = frames_below(disk / "scan");
       const bool reported = notes_before(recorded.log, n).count("committed") != 0;
       EXPECT_TRUE(frames == after || (frames == before && !reported));
+      if (HasFailure()) return;
+      fs::remove_all(disk);
+    }
+  }
+}
+
+base::Time at_s(int s) {
+  return base::Time(std::chrono::seconds(s));
+}
+
+base::Result<void> commit_at(const fs::path& scan, Journal& journal, std::int64_t row, int time_s) {
+  auto pose = store_bracket(scan, row, 1);
+  if (!pose) return base::pass(pose);
+  pose->committed = at_s(time_s);
+  if (auto ok = publish_bracket(scan, row); !ok) return ok;
+  if (auto ok = journal.commit_pose(*pose, {}); !ok) return ok;
+  return discard_bracket(scan, row);
+}
+
+// As rigd's storage does it.
+base::Result<std::vector<std::int64_t>> visit_at(const fs::path& scan, Journal& journal, std::int64_t number,
+                                                 int time_s, bool good) {
+  VisitRecord visit;
+  visit.number = number;
+  visit.when = at_s(time_s);
+  visit.good = good;
+  visit.what = good ? "" : "the patches are dark";
+  const auto pixels = SmallScan::pixels(100 + number, 0, 1);
+  const auto hash = store_look(scan, number, "patches", some_facts(0, 0), kWidth, kHeight, pixels.data());
+  if (!hash) return base::pass(hash);
+  visit.looks = {{"patches",
+                  fs::relative(visit_folder(scan, number) / "patches.tif", scan).string(),
+                  0.1,
+                  at_s(time_s - 1),
+                  *hash,
+                  {1000}}};
+  if (auto ok = publish_visit(scan, number); !ok) return base::pass(ok);
+  auto again = journal.record_visit(visit, !good, {some_event(1, static_cast<std::uint64_t>(100 + number))});
+  if (!again) return base::pass(again);
+  for (const std::int64_t row : *again) {
+    if (auto ok = base::remove_tree(frames_folder(scan, row)); !ok) return base::pass(ok);
+  }
+  return again;
+}
+
+// A bad visit gives back the poses that nothing has proven: both or none of them, and those before it never.
+TEST_F(PowerCut, WhileABadVisitGivesPosesBack) {
+  base::Random random(test::seed(6));
+  const fs::path root = folder_ / "disk";
+  const fs::path scan = root / "scan";
+  fs::create_directory(root);
+  std::optional<Recorded> recorded;
+  {
+    const Recorded unused(root);
+    ASSERT_TRUE(create_scan(scan, machine::shipped_rig_text(), job_text()).has_value());
+    auto journal = Journal::open(journal_path(scan));
+    ASSERT_TRUE(journal.has_value()) << journal.error().text();
+    ASSERT_TRUE(commit_at(scan, *journal, 0, 100).has_value());
+    ASSERT_TRUE(commit_at(scan, *journal, 1, 110).has_value());
+    ASSERT_TRUE(visit_at(scan, *journal, 0, 120, true).has_value());
+    ASSERT_TRUE(commit_at(scan, *journal, 2, 130).has_value());
+    ASSERT_TRUE(commit_at(scan, *journal, 3, 140).has_value());
+  }
+  recorded.emplace(root);
+  {
+    auto journal = Journal::open(journal_path(scan));
+    ASSERT_TRUE(journal.has_value()) << journal.error().text();
+    const auto again = visit_at(scan, *journal, 1, 150, false);
+    ASSERT_TRUE(again.has_value()) << again.error().text();
+    ASSERT_THAT(*again, ::testing::ElementsAre(2, 3));
+    recorded->log.note("given back");
+    ASSERT_TRUE(commit_at(scan, *journal, 2, 160).has_value());
+    recorded->log.note("taken again");
+    ASSERT_TRUE(visit_at(scan, *journal, 2, 170, true).has_value());
+    recorded->log.note("proven");
+    ASSERT_TRUE(journal->add_events({some_event(1, 200)}).has_value());
+    recorded->log.note("told");
+  }
+  for (std::size_t n = 0; n <= recorded->log.operations().size(); ++n) {
+    const auto reached = notes_before(recorded->log, n);
+    for (const Unflushed unflushed : kAll) {
+      SCOPED_TRACE(fmt::format("after {} operations, the last: {}; unflushed {}", n,
+                               n == 0 ? "none" : recorded->log.operations()[n - 1].text(),
+                               static_cast<int>(unflushed)));
+      const fs::path disk = restored(*recorded, n, unflushed, random);
+      ASSERT_NO_FATAL_FAILURE(expect_recovered(disk / "scan", {"created", "committed 0", "committed 1"}));
+      {
+        const Recorded quiet(disk);
+        const auto journal = Journal::open(journal_path(disk / "scan"));
+        ASSERT_TRUE(journal.has_value()) << journal.error().text();
+        const auto second = journal->pose(2);
+        const auto third = journal->pose(3);
+        const auto so_far = journal->visits_so_far();
+        ASSERT_TRUE(second.has_value() && third.has_value() && so_far.has_value());
+        const bool given_back = !*second || (*second)->committed == at_s(160);
+        EXPECT_EQ(given_back, !*third) << "one without the other";
+        EXPECT_EQ(given_back, so_far->next >= 2) << "with the visit";
+        EXPECT_TRUE(given_back || reached.count("given back") == 0);
+        EXPECT_TRUE(second->has_value() || reached.count("taken again") == 0);
+        if (reached.count("proven") != 0) {
+          EXPECT_EQ(so_far->next, 3);
+          EXPECT_EQ(so_far->poses_since_good, 0);
+        }
+        const auto events = journal->events_after(0, 0, 100);
+        ASSERT_TRUE(events.has_value());
+        const bool told = std::any_of(events->begin(), events->end(),
+                                      [](const EventRecord& event) { return event.number == 200; });
+        EXPECT_TRUE(told || reached.count("told") == 0);
+      }
+      if (unflushed == Unflushed::dropped || unflushed == Unflushed::some) {
+        ASSERT_NO_FATAL_FAILURE(expect_goes_on(disk / "scan", expected_));
+      }
       if (HasFailure()) return;
       fs::remove_all(disk);
     }

@@ -19,6 +19,21 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::UnorderedElementsAre;
 
+// As statfs(2) tells them.
+TEST(NetworkDisk, IsKnownByTheNumberOfItsFileSystem) {
+  for (const unsigned long network : {0x6969UL, 0x517BUL, 0xFF534D42UL, 0xFE534D42UL, 0x65735546UL,
+                                      0x5346414FUL, 0x6B414653UL, 0x00C36400UL}) {
+    EXPECT_TRUE(is_network_file_system(network)) << std::hex << network;
+  }
+  // ext4, XFS, Btrfs, tmpfs, overlayfs, ZFS, exFAT; none
+  for (const unsigned long local :
+       {0xEF53UL, 0x58465342UL, 0x9123683EUL, 0x01021994UL, 0x794C7630UL, 0x2FC12FC1UL, 0x2011BAB0UL, 0UL}) {
+    EXPECT_FALSE(is_network_file_system(local)) << std::hex << local;
+  }
+  const test::TemporaryFolder folder;
+  EXPECT_TRUE(refuse_network_disk(folder.path()).has_value());
+}
+
 TEST(ScanNames, SortAsTheirNumbers) {
   EXPECT_EQ(frames_folder("scan", 12), fs::path("scan/frames/000012"));
   EXPECT_EQ(part_folder("scan", 12), fs::path("scan/frames/000012.part"));

@@ -40,14 +40,21 @@ void expect_bad(const Expected& e, const BufferFacts& f, const std::string& why)
   EXPECT_THAT(judgement.why, HasSubstr(why));
 }
 
+// Of this frame only: the next may be good.
+void expect_spoilt(const Expected& e, const BufferFacts& f, const std::string& why) {
+  const Judgement judgement = judge(e, f);
+  EXPECT_EQ(judgement.verdict, Verdict::spoilt);
+  EXPECT_THAT(judgement.why, HasSubstr(why));
+}
+
 TEST(FrameJudge, WhatWasAskedForIsGood) {
   EXPECT_EQ(judge(expected(), facts()).verdict, Verdict::good);
 }
 
-TEST(FrameJudge, DamageIsBadWhateverElseItSays) {
+TEST(FrameJudge, DamageIsDamageWhateverElseItSays) {
   auto f = facts();
   f.damage = "packets are missing";
-  expect_bad(expected(), f, "packets are missing");
+  expect_spoilt(expected(), f, "packets are missing");
 }
 
 TEST(FrameJudge, AnotherImageIsBad) {
@@ -71,9 +78,9 @@ TEST(FrameJudge, AnotherImageIsBad) {
 TEST(FrameJudge, EveryByteHasToCome) {
   auto f = facts();
   f.bytes = 15;
-  expect_bad(expected(), f, "15 bytes");
+  expect_spoilt(expected(), f, "15 bytes");
   f.bytes = 17;
-  expect_bad(expected(), f, "17 bytes");
+  expect_spoilt(expected(), f, "17 bytes");
   auto e = expected();
   e.payload_bytes = 48;
   EXPECT_EQ(judge(e, f).verdict, Verdict::good) << "the camera appends chunks";
@@ -83,7 +90,7 @@ TEST(FrameJudge, NumbersHaveNoGaps) {
   auto f = facts();
   for (const std::uint64_t id : {5, 6, 8}) {
     f.frame_id = id;
-    expect_bad(expected(), f, "follows frame 6");
+    expect_spoilt(expected(), f, "follows frame 6");
   }
   auto e = expected();
   e.last_id.reset();
@@ -93,16 +100,16 @@ TEST(FrameJudge, NumbersHaveNoGaps) {
   EXPECT_FALSE(follows(65535, 2));
 }
 
-TEST(FrameJudge, AnotherExposureIsBad) {
+TEST(FrameJudge, AnotherExposureIsNoGood) {
   auto f = facts();
   f.exposure_s = 2e-3;
-  expect_bad(expected(), f, "exposed for 2000 us, set were 1000 us");
+  expect_spoilt(expected(), f, "exposed for 2000 us, set were 1000 us");
   f.exposure_s = 1.01e-3;
   EXPECT_EQ(judge(expected(), f).verdict, Verdict::good) << "a camera rounds to its lines";
   auto e = expected();
   e.exposure_s = 10e-6;
   f.exposure_s = 20e-6;
-  expect_bad(e, f, "exposed for 20 us");
+  expect_spoilt(e, f, "exposed for 20 us");
 }
 
 TEST(FrameJudge, OfACameraThatRunsFreeOldOnesAreTold) {

@@ -104,7 +104,7 @@ TEST_F(Gige, DamagedFramesAreRefusedAndTheNextIsWhole) {
     ASSERT_TRUE(camera.command("corrupt"));
     const auto frame = rig.take(2e-3);
     ASSERT_FALSE(frame.has_value());
-    EXPECT_EQ(frame.error().code, ErrorCode::device);
+    EXPECT_EQ(frame.error().code, ErrorCode::damaged);
     EXPECT_THAT(frame.error().text(), HasSubstr("damaged"));
   }
   expect_frame(rig, 3e-3);
@@ -256,7 +256,7 @@ TEST_F(Gige, ACameraThatIsNotReadyIsNotTriggered) {
   ASSERT_TRUE(camera.command("ready 0"));
   const auto refused = rig.camera().trigger(1e-3, 1);
   ASSERT_FALSE(refused.has_value());
-  EXPECT_EQ(refused.error().code, ErrorCode::device);
+  EXPECT_EQ(refused.error().code, ErrorCode::busy);
   EXPECT_THAT(refused.error().text(), HasSubstr("ready"));
   ASSERT_TRUE(camera.command("ready 1"));
   expect_frame(rig, 2e-3);

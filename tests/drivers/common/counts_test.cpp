@@ -38,6 +38,16 @@ TEST(CountScale, ZeroAndDirection) {
   EXPECT_EQ(*scale(true).counts(radians(12)), -400);
 }
 
+TEST(CountScale, ADistanceKnowsNoZero) {
+  EXPECT_EQ(*scale().distance(radians(2)), 400);
+  EXPECT_EQ(*scale(true).distance(radians(2)), -400);
+  EXPECT_EQ(*scale().away_from(1000, radians(-2)), 600);
+  EXPECT_EQ(*scale(true).away_from(1000, radians(-2)), 1400);
+  EXPECT_EQ(scale().away_from(2147483000, radians(10)).error().code, ErrorCode::bad_input);
+  EXPECT_EQ(scale().distance(kInf).error().code, ErrorCode::bad_input);
+  EXPECT_EQ(scale().away_from(0, std::nan("")).error().code, ErrorCode::bad_input);
+}
+
 TEST(CountScale, RoundsToTheNearestCount) {
   const CountScale one{1, 0, false};
   EXPECT_EQ(*one.counts(2.49), 2);

@@ -65,6 +65,22 @@ class FakeAxis final : public Axis {
     return sent;
   }
 
+  [[nodiscard]] Result<void> move_by(double delta_rad, double velocity, double acceleration) override {
+    if (flaw_ == Flaw::jogs_nonsense && !std::isfinite(delta_rad)) delta_rad = 0.01;
+    const auto by = scale_.counts(delta_rad);
+    const auto speed = scale_.rate(velocity);
+    const auto ramp = scale_.rate(acceleration);
+    if (!by) return pass(by);
+    if (!speed) return pass(speed);
+    if (!ramp) return pass(ramp);
+    const auto now = state();
+    if (!now) return pass(now);
+    if (now->moving) return fail(ErrorCode::busy, "it moves", "fake");
+    if (flaw_ == Flaw::homed_by_a_jog) believed_homed_ = true;
+    const double from = flaw_ == Flaw::jogs_to_an_angle ? 0 : now->position_rad / FakeDrive::kStep_rad;
+    return order({kAxisMove, from + *by, *speed * (flaw_ == Flaw::jogs_fast ? 2.0 : 1.0), 1.0 * *ramp});
+  }
+
   [[nodiscard]] Result<void> stop() override {
     if (flaw_ == Flaw::loses_stop) return {};
     if (flaw_ == Flaw::no_stop_after_bad_answer && line_.last_was_bad()) {

@@ -79,8 +79,10 @@ class FakeCamera final : public Camera {
       taken = *last_;
     }
     frame.reset();
-    if (taken.corrupt && flaw_ != Flaw::delivers_corrupt)
-      return fail(ErrorCode::device, "damaged frame", "fake");
+    if (taken.corrupt && flaw_ != Flaw::delivers_corrupt) {
+      const bool wrong = flaw_ == Flaw::corrupt_is_device;
+      return fail(wrong ? ErrorCode::device : ErrorCode::damaged, "damaged frame", "fake");
+    }
     if (flaw_ == Flaw::frame_of_before && last_)
       std::swap(*last_, taken);
     else

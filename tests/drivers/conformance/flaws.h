@@ -30,6 +30,10 @@ enum class Flaw {
   moves_unhomed,
   believes_homed,  // once homed, for ever
   homed_after_abort,
+  jogs_fast,         // twice as fast as asked
+  jogs_to_an_angle,  // takes the distance for an angle
+  homed_by_a_jog,
+  jogs_nonsense,  // a distance that is no number is a little one
   swapped_limits,
   goes_into_limit,  // neither it nor the device looks at the switch
   hides_fault,
@@ -55,6 +59,7 @@ enum class Flaw {
   overruns_buffer,
   takes_small_buffer,
   delivers_corrupt,
+  corrupt_is_device,   // says "device" of a frame that is damaged
   fills_in_missing,    // delivers the last frame where one was lost
   delivers_unplugged,  // delivers a frame from before it was unplugged
   frame_over_death,    // delivers a frame that was exposed before the module was opened

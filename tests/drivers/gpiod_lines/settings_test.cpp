@@ -92,6 +92,8 @@ warm_up_s = 300
   ASSERT_EQ(lines.size(), 4U);
   EXPECT_EQ(lines[1].name, "lamp");
   EXPECT_TRUE(lines[1].output);
+  EXPECT_EQ(lines[1].at_rest, true) << "its at_exit";
+  EXPECT_FALSE(lines[0].at_rest.has_value()) << "an input rests nowhere";
 }
 
 TEST(LinesSettings, MistakesNameTheirKey) {

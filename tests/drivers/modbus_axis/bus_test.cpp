@@ -175,6 +175,17 @@ TEST_P(BusOver, ADriveThatIsOffIsLostAndHoldsNobodyUp) {
   EXPECT_TRUE(back);
 }
 
+TEST_P(BusOver, WhatMayNotBeDoneTwiceIsSentOnce) {
+  ASSERT_TRUE(bus->write_once(peer_, {0x40, {1}}).has_value());
+  line->spoil(ModbusLine::Spoil::missing, 1);
+  const auto open = bus->write_once(peer_, {0x40, {2}});
+  ASSERT_FALSE(open.has_value());
+  EXPECT_EQ(open.error().code, ErrorCode::device);
+  EXPECT_THAT(open.error().text(), HasSubstr("not sent twice"));
+  ASSERT_TRUE(bus->write_once(peer_, {0x40, {3}}).has_value());
+  EXPECT_EQ(first.written().size(), 3U);
+}
+
 TEST_P(BusOver, AStopGoesOutToADriveThatIsLost) {
   line->set_off(1, true);
   EXPECT_FALSE(bus->read(peer_, {Table::holding, 1, 1}).has_value());

@@ -345,6 +345,16 @@ TEST_F(Oriental, AMoveIsOneDirectDataOperation) {
   EXPECT_NEAR(at_rest(axis()).position_rad, radians(-10), 1e-9);
 }
 
+TEST_F(Oriental, AJogBeforeHomingIsARelativeOperation) {
+  open_one("oriental_az");
+  done(axis().enable(true), "enable");
+  const double before = drive_.position();
+  done(axis().move_by(radians(2), kVelocity, kAcceleration), "move_by");
+  EXPECT_THAT(registers(drive_, 0x005A, 4), ElementsAre(0, 2, 0, 2000));
+  EXPECT_FALSE(at_rest(axis()).homed);
+  EXPECT_NEAR(drive_.position(), before + 2000, 1);
+}
+
 TEST_F(Oriental, TellsItsTemperatureAndWhatItKeeps) {
   open_one("oriental_az");
   EXPECT_NEAR(state_of(axis()).temperature_c.value_or(0), 31.0, 1e-9);

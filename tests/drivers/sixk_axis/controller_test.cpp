@@ -34,6 +34,7 @@ TEST_F(SixkOpening, SetsTheControllerUp) {
   EXPECT_DOUBLE_EQ(can.max_velocity_rad_s, radians(100));
   EXPECT_TRUE(can.has_limit_switches);
   EXPECT_FALSE(can.keeps_position_unpowered);
+  EXPECT_DOUBLE_EQ(can.homing_velocity_rad_s.value_or(0), radians(60));
 }
 
 TEST_F(SixkOpening, LeavesAMotionAlone) {

@@ -587,6 +587,8 @@ TEST_F(TicAxisTest, CapabilitiesAreWhatTheTicSays) {
   EXPECT_FALSE(can.keeps_position_unpowered);
   EXPECT_NEAR(can.resolution_rad, radians(1.0 / 40), 1e-12);
   EXPECT_NEAR(can.max_velocity_rad_s, radians(125), 1e-12);
+  ASSERT_TRUE(can.homing_velocity_rad_s.has_value());
+  EXPECT_NEAR(*can.homing_velocity_rad_s, radians(5000.0 / 40), 1e-12);
 }
 
 // There is no USB here, or no Tic on it; the transport says so in words.

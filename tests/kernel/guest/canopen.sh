@@ -28,7 +28,7 @@ zero_deg = 45
 max_velocity_deg_s = 100
 max_acceleration_deg_s2 = 200
 homing_method = 17
-homing_speed_deg_s = 50
+homing_speed_deg_s = 10
 homing_creep_deg_s = 5
 TOML
 }

@@ -25,10 +25,11 @@ arm_from_45() {
   sed '/^.axis.arm/,/^.home/{s/^min_deg.*/min_deg = 45.0/;s/^approach_deg.*/approach_deg = 0.0/}'
 }
 
+# exposures_us: for a camera that has others.
 write_job() { # poses
   local i
   printf '%s\n' 'format = 1' 'name = "night"' 'sample = "chart"' '[exposure]' 'strategy = "fixed"' \
-    'exposures_us = [60000, 8000]' '[poses]' 'angles_deg = ['
+    "exposures_us = [${exposures_us:-60000, 8000}]" '[poses]' 'angles_deg = ['
   for ((i = 0; i < $1; ++i)); do
     printf '  [%d, %d, %d, %d],\n' $((30 + i % 90)) $((i % 2 * 24 - 12)) $((40 - i % 80)) $((95 + i % 40))
   done

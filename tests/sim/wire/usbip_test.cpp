@@ -3,112 +3,23 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <mutex>
-#include <poll.h>
-#include <sys/socket.h>
 #include <thread>
-#include <unistd.h>
 
 #include "sim/wire/tic.h"
-#include "sim/wire/usbip_device.h"
 #include "sim/wire/usbip_frames.h"
 #include "sim/wire/vhci.h"
 #include "tests/core/temporary_folder.h"
+#include "tests/sim/wire/usbip_host.h"
 
 namespace rig::sim::wire {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
 using std::chrono::milliseconds;
+using test::Bytes;
+using test::Host;
+using test::put32;
 using testing::ElementsAre;
 using testing::IsEmpty;
-
-void put32(Bytes& b, std::uint32_t value) {
-  for (int shift = 24; shift >= 0; shift -= 8) b.push_back(static_cast<std::uint8_t>(value >> shift));
-}
-std::uint32_t get32(const Bytes& b, std::size_t at) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < 4; ++i) value = (value << 8) | b.at(at + i);
-  return value;
-}
-
-// The far end of the connection.
-class Host {
- public:
-  explicit Host(ControlHandler control, UsbIpDevice::OutHandler out = {}) {
-    std::array<int, 2> ends{};
-    EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()), 0);
-    fd_ = ends[0];
-    device = std::make_unique<UsbIpDevice>(ends[1], std::move(control), std::move(out));
-  }
-  ~Host() { ::close(fd_); }
-  Host(const Host&) = delete;
-  Host& operator=(const Host&) = delete;
-
-  void send(const Bytes& bytes) const {
-    EXPECT_EQ(::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL), static_cast<ssize_t>(bytes.size()));
-  }
-  // CMD_SUBMIT as the kernel packs it.
-  void submit(std::uint32_t number, bool in, std::uint32_t endpoint, std::uint32_t length,
-              const Bytes& setup = Bytes(8), const Bytes& data = {}, std::uint32_t packets = 0) const {
-    Bytes b;
-    for (const std::uint32_t word : {1U, number, 0x10001U, in ? 1U : 0U, endpoint}) put32(b, word);
-    for (const std::uint32_t word : {0U, length, 0U, packets, 0U}) put32(b, word);
-    b.insert(b.end(), setup.begin(), setup.end());
-    b.insert(b.end(), data.begin(), data.end());
-    send(b);
-  }
-  void unlink(std::uint32_t number, std::uint32_t of) const {
-    Bytes b;
-    for (const std::uint32_t word : {2U, number, 0x10001U, 0U, 0U, of}) put32(b, word);
-    b.resize(48);
-    send(b);
-  }
-  // So many bytes, or as many as come before the far end hangs up or is silent for two seconds.
-  [[nodiscard]] Bytes receive(std::size_t count) const {
-    Bytes got(count);
-    std::size_t have = 0;
-    while (have < count) {
-      pollfd wait{fd_, POLLIN, 0};
-      if (::poll(&wait, 1, 2000) <= 0) break;
-      const ssize_t n = ::recv(fd_, got.data() + have, count - have, 0);
-      if (n <= 0) break;
-      have += static_cast<std::size_t>(n);
-    }
-    got.resize(have);
-    return got;
-  }
-  [[nodiscard]] bool silent(milliseconds how_long) const {
-    pollfd wait{fd_, POLLIN, 0};
-    return ::poll(&wait, 1, static_cast<int>(how_long.count())) == 0;
-  }
-  struct Return {
-    std::uint32_t command = 0, number = 0;
-    std::int32_t status = 0;
-    std::uint32_t length = 0;
-    Bytes data;
-  };
-  [[nodiscard]] Return answer(bool in) const {
-    const Bytes header = receive(48);
-    if (header.size() != 48) {
-      ADD_FAILURE() << header.size() << " bytes of a header";
-      return {};
-    }
-    Return r{get32(header, 0),
-             get32(header, 4),
-             static_cast<std::int32_t>(get32(header, 20)),
-             get32(header, 24),
-             {}};
-    // The host must find device, direction and endpoint empty.
-    EXPECT_EQ(get32(header, 8) | get32(header, 12) | get32(header, 16), 0U);
-    if (in && r.command == 3) r.data = receive(r.length);
-    return r;
-  }
-
-  std::unique_ptr<UsbIpDevice> device;
-
- private:
-  int fd_ = -1;
-};
 
 ControlAnswer echo(const SetupPacket& setup, std::span<const std::uint8_t> out) {
   switch (setup.request) {
@@ -192,6 +103,52 @@ TEST(UsbIp, WhatIsNotAnsweredIsUnlinked) {
   EXPECT_EQ(host.answer(true).number, 7U);
   host.unlink(8, 7);
   EXPECT_EQ(host.answer(false).status, 0);
+}
+
+// The kernel sends from two queues, so that it may take back what it has not sent yet.
+TEST(UsbIp, AnUnlinkThatComesBeforeItsTransferWaitsForIt) {
+  int handled = 0;
+  const Host host([&handled](const SetupPacket&, std::span<const std::uint8_t>) {
+    ++handled;
+    return ControlAnswer{};
+  });
+  host.submit(5, false, 0, 0);
+  EXPECT_EQ(host.answer(false).number, 5U);
+  host.unlink(9, 7);
+  EXPECT_TRUE(host.silent(milliseconds(50)));
+  host.submit(6, true, 1, 4);
+  host.submit(7, true, 1, 4);
+  auto r = host.answer(false);
+  EXPECT_EQ(r.command, 4U);
+  EXPECT_EQ(r.number, 9U);
+  EXPECT_EQ(r.status, -104);
+  host.device->send(1, {1, 2});
+  EXPECT_EQ(host.answer(true).number, 6U);
+  host.device->send(1, {3, 4});
+  EXPECT_TRUE(host.silent(milliseconds(50))) << "for number 7 nobody waits";
+  // The same for a transfer towards the device: it is not carried out.
+  host.unlink(12, 10);
+  host.submit(10, false, 0, 0);
+  EXPECT_EQ(host.answer(false).number, 12U);
+  EXPECT_EQ(handled, 1);
+}
+
+TEST(UsbIp, WhatWasSentCanBeForgotten) {
+  const Host host(&echo);
+  host.device->send(1, {1, 2, 3, 4});
+  host.device->send(1, {5});
+  host.device->send(2, {6});
+  EXPECT_EQ(host.device->unfetched(1), 2U);
+  host.submit(1, true, 1, 3);
+  EXPECT_THAT(host.answer(true).data, ElementsAre(1, 2, 3));
+  EXPECT_EQ(host.device->unfetched(1), 2U) << "one byte of the first is left";
+  host.device->forget(1);
+  EXPECT_EQ(host.device->unfetched(1), 0U);
+  host.submit(2, true, 1, 3);
+  EXPECT_TRUE(host.silent(milliseconds(50)));
+  host.device->send(1, {7});
+  EXPECT_THAT(host.answer(true).data, ElementsAre(7));
+  EXPECT_EQ(host.device->unfetched(2), 1U);
 }
 
 TEST(UsbIp, BulkAndInterruptEndpoints) {
