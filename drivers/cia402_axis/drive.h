@@ -76,7 +76,7 @@ class Drive {
   [[nodiscard]] NodeMonitor& monitor() { return network_->monitor(settings_.node); }
   [[nodiscard]] std::string where() const { return network_->where(settings_.node); }
   [[nodiscard]] const DriveSettings& settings() const { return settings_; }
-  [[nodiscard]] std::chrono::milliseconds call_bound() const { return network_->settings().call; }
+  [[nodiscard]] std::chrono::milliseconds call_bound() const { return network_->settings().retry.call; }
 
  private:
   [[nodiscard]] base::Result<std::string> read_bytes(Object object, Steady::time_point deadline,

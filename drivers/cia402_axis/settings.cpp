@@ -21,13 +21,6 @@ NetworkSettings read_network(const ConfigTable& table) {
     table.error("interface", "is empty", "name a CAN interface: \"can0\"");
   }
   network.retry = read_retry_policy(table);
-  network.call = milliseconds(table.integer_or("call_ms", network.call.count(), 10, 60000));
-  if (network.call < network.retry.longest()) {
-    table.error("call_ms",
-                fmt::format("{} ms are less than the {} attempts of {} ms that one question may take",
-                            network.call.count(), network.retry.attempts, network.retry.answer.count()),
-                "raise call_ms, and rigd's own axis_ms above it, or lower attempts or answer_ms");
-  }
   network.heartbeat = milliseconds(table.integer_or("heartbeat_ms", network.heartbeat.count(), 0, 60000));
   network.heartbeat_timeout =
       milliseconds(table.integer_or("heartbeat_timeout_ms", 3 * network.heartbeat.count(), 0, 600000));

@@ -15,8 +15,7 @@ namespace rig::drivers::cia402 {
 
 struct NetworkSettings {
   std::string interface;                     ///< "can0", or "unix:/path"
-  RetryPolicy retry;                         ///< of one SDO transfer
-  std::chrono::milliseconds call{800};       ///< no call of an axis takes longer
+  RetryPolicy retry;                         ///< of one SDO transfer, and how long a call may take
   std::chrono::milliseconds heartbeat{100};  ///< that drives are told to send; 0: none
   std::chrono::milliseconds heartbeat_timeout{300};
 };

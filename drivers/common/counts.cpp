@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "drivers/common/rounding.h"
+
 namespace rig::drivers {
 
 using base::ErrorCode;
@@ -44,10 +46,8 @@ Result<std::int32_t> CountScale::away_from(double counts, double by_rad) const {
 }
 
 Result<std::int32_t> CountScale::rate(double rad_per_s) const {
-  // A rate that is a whole number of counts but for the last bits of its conversion is that number.
-  constexpr double kLastBits = 1e-9;
   const double exact = std::abs(rad_per_s) * counts_per_rad;
-  const double floored = std::floor(exact * (1 + kLastBits));
+  const double floored = rounded(exact, Rounding::down);
   if (!(floored <= kMost)) {
     return fail(ErrorCode::bad_input,
                 fmt::format("{} rad/s is {} counts/s, beyond what the device can take", rad_per_s, exact));

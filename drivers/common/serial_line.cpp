@@ -6,11 +6,12 @@
 #include <cstring>
 #include <fcntl.h>
 #include <poll.h>
-#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <termios.h>
 #include <unistd.h>
 #include <utility>
+
+#include "drivers/common/serial_port.h"
 
 namespace rig::drivers {
 
@@ -22,23 +23,6 @@ using std::chrono::milliseconds;
 using Steady = std::chrono::steady_clock;
 
 namespace {
-
-struct Speed {
-  int baud;
-  speed_t code;
-};
-constexpr std::array kSpeeds{
-    Speed{1200, B1200},     Speed{2400, B2400},     Speed{4800, B4800},     Speed{9600, B9600},
-    Speed{19200, B19200},   Speed{38400, B38400},   Speed{57600, B57600},   Speed{115200, B115200},
-    Speed{230400, B230400}, Speed{460800, B460800}, Speed{921600, B921600},
-};
-
-const Speed* speed_of(int baud) {
-  for (const Speed& speed : kSpeeds) {
-    if (speed.baud == baud) return &speed;
-  }
-  return nullptr;
-}
 
 int time_left_ms(Steady::time_point deadline) {
   const auto left = std::chrono::ceil<milliseconds>(deadline - Steady::now()).count();
@@ -62,20 +46,11 @@ Result<void> set_up(int fd, const SerialSettings& settings) {
   if (settings.parity == 'O') mode.c_cflag |= PARODD;
   mode.c_cc[VMIN] = 0;
   mode.c_cc[VTIME] = 0;
-  const Speed* speed = speed_of(settings.baud);
-  if (speed == nullptr) {
-    return fail(ErrorCode::bad_input, fmt::format("no serial line runs at {} baud", settings.baud),
-                settings.path);
-  }
-  ::cfsetispeed(&mode, speed->code);
-  ::cfsetospeed(&mode, speed->code);
+  // The library takes a number of bauds as well as its code.
+  ::cfsetspeed(&mode, static_cast<speed_t>(settings.baud));
   if (::tcsetattr(fd, TCSANOW, &mode) != 0) return failed("the line cannot be set up");
   // tcsetattr is content when anything could be set.
-  termios is{};
-  if (::tcgetattr(fd, &is) != 0 || ::cfgetospeed(&is) != speed->code) {
-    return fail(ErrorCode::bad_input, fmt::format("the line does not run at {} baud", settings.baud),
-                settings.path);
-  }
+  if (auto fine = check_speed(fd, settings.baud, settings.path); !fine) return fine;
   ::tcflush(fd, TCIOFLUSH);
   return {};
 }
@@ -86,7 +61,7 @@ SerialSettings read_serial_settings(const base::ConfigTable& settings, const Ser
   SerialSettings serial = usual;
   serial.path = settings.text("port");
   serial.baud = static_cast<int>(settings.integer_or("baud", usual.baud, 1200, 921600));
-  if (speed_of(serial.baud) == nullptr) {
+  if (!is_serial_speed(serial.baud)) {
     settings.error("baud", fmt::format("no serial line runs at {} baud", serial.baud),
                    "9600, 19200, 38400, 57600, 115200, ...");
   }
@@ -105,9 +80,7 @@ Result<std::unique_ptr<SerialLine>> SerialLine::open(const SerialSettings& setti
                 errno == EACCES ? "is rigd in the group that owns it (dialout)?" : "is it plugged in?");
   }
   std::unique_ptr<SerialLine> line(new SerialLine(settings, fd));
-  if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
-    return fail(ErrorCode::busy, "another program has the serial line", settings.path);
-  }
+  if (auto ok = take_for_this_process(fd, settings.path); !ok) return pass(ok);
   if (auto ok = set_up(fd, settings); !ok) return pass(ok);
   return line;
 }

@@ -10,6 +10,7 @@ namespace rig::drivers::conformance {
 namespace {
 
 using base::ErrorCode;
+using std::chrono::milliseconds;
 
 // More than any driver's attempts for one transaction.
 constexpr int kMany = 12;
@@ -146,6 +147,62 @@ Outcome missing_answers(Bench& bench) {
   return {};
 }
 
+// What state() says on such a line is so, or an error.
+void look_honestly(AxisSession& s, std::string_view when) {
+  const bool moved = s.peer().moving();
+  const auto now = s.try_state();
+  if (!now) {
+    require(right_error(now.error().code), "{}: state() answered {}; an error of the wire is lost or device",
+            when, told(now.error()));
+    return;
+  }
+  // One that says "moving" has not seen the end yet, or does not know.
+  if (now->moving) return;
+  require(!moved || !s.peer().moving(), "{}: state() says not moving, and the device moves, at {}", when,
+          deg(s.peer().position_rad()));
+  s.require_true_at_rest(*now, when);
+}
+
+// Done, or an error that says the truth: also of a device that the driver had to look for again meanwhile.
+void judge(const Result<void>& answer, std::string_view call, std::string_view when) {
+  if (answer) return;
+  const ErrorCode code = answer.error().code;
+  require(right_error(code) || code == ErrorCode::refused || code == ErrorCode::busy, "{}: {} answered {}",
+          when, call, told(answer.error()));
+}
+
+// Each question may be answered at its last attempt: a call of many takes their sum if nothing bounds it.
+Outcome most_missing(Bench& bench) {
+  constexpr std::string_view kWhen = "with two of three answers missing";
+  constexpr int kForAll = 100'000;
+  AxisSession s(bench);
+  s.stand_at(0.2);
+  if (!s.wire().thin_out(kForAll)) not_proven("this bench cannot make two of three answers missing");
+  for (const double share : {0.7, 0.3}) {
+    look_honestly(s, kWhen);
+    judge(s.try_enable(true), "enable(true)", kWhen);
+    judge(s.try_move(s.at(share)), "move_to", kWhen);
+    look_honestly(s, kWhen);
+    const int before = s.peer().stops_seen();
+    judge(s.try_stop(), "stop", kWhen);
+    const bool told_to_stop = s.waiting().until([&] { return s.peer().stops_seen() > before; },
+                                                s.test().stop_bound, milliseconds(1));
+    require(told_to_stop, "{}: the command to stop is not on the wire {} ms after stop() returned", kWhen,
+            s.test().stop_bound.count());
+    s.wait_peer_stands(s.braking(), "after a stop");
+    look_honestly(s, kWhen);
+  }
+  judge(s.try_home(), "home", kWhen);
+  look_honestly(s, kWhen);
+  (void)s.wire().thin_out(0);
+  s.recover(kWhen);
+  s.wait_peer_stands(s.longest(s.high() - s.low()), "after two of three answers were missing");
+  s.require_true_at_rest(s.wait_until_still(s.longest(s.high() - s.low())), kWhen);
+  s.make_ready();
+  s.arrive(s.at(0.6));
+  return {};
+}
+
 Outcome garbled_answers(Bench& bench) {
   AxisSession s(bench);
   s.stand_at(0.5);
@@ -172,6 +229,7 @@ Outcome doubled_answers(Bench& bench) {
 
 std::vector<Check> axis_wire_checks() {
   return {{"axis: missing answers", missing_answers},
+          {"axis: most answers missing", most_missing},
           {"axis: garbled answers", garbled_answers},
           {"axis: late answers", late_answers},
           {"axis: doubled answers", doubled_answers}};

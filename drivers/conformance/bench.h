@@ -35,6 +35,8 @@ class Wire {
   virtual bool cut() { return false; }
   virtual bool restore() { return false; }
   virtual bool spoil(Spoil /*how*/, int /*answers*/) { return false; }
+  /// Of the next so many answers only each third comes; 0: all come again.
+  virtual bool thin_out(int /*answers*/) { return false; }
 };
 
 /// The device at the other end of an axis, asked beside the driver.

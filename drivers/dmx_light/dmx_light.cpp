@@ -27,6 +27,9 @@ class Output {
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
 
+  /// All that follows belongs to a call that has to be over by then.
+  void begin_call(Deadline ends) { widget_->begin_call(ends); }
+
   [[nodiscard]] double level() const { return nearest_level(settings_, level_); }
   [[nodiscard]] bool shutter_open() const { return shutter_open_; }
 
@@ -67,6 +70,8 @@ class DmxLight final : public Light {
         output_([this] { return open(); }, context.clock) {}
 
   [[nodiscard]] Result<void> open_first() {
+    // No call of rigd's: nobody waits so long as to give up.
+    call_ends_ = Deadline::max();
     return output_.use([](Output&) { return Result<void>(); });
   }
 
@@ -78,18 +83,18 @@ class DmxLight final : public Light {
     if (!(level >= 0 && level <= 1)) {
       return fail(ErrorCode::bad_input, fmt::format("{} is no level", level), settings_.line.path, "0 to 1");
     }
-    return used(output_.use([&](Output& output) { return output.put_out(level, output.shutter_open()); }));
+    return use([&](Output& output) { return output.put_out(level, output.shutter_open()); });
   }
 
   [[nodiscard]] Result<void> set_shutter(bool open) override {
     if (!settings_.shutter) {
       return fail(ErrorCode::refused, "this light has no shutter", settings_.line.path);
     }
-    return used(output_.use([&](Output& output) { return output.put_out(output.level(), open); }));
+    return use([&](Output& output) { return output.put_out(output.level(), open); });
   }
 
   [[nodiscard]] Result<LightState> state() override {
-    return used(output_.use([&](Output& output) -> Result<LightState> {
+    return use([&](Output& output) -> Result<LightState> {
       if (auto ok = output.look(); !ok) return pass(ok);
       LightState state;
       state.level = output.level();
@@ -99,12 +104,18 @@ class DmxLight final : public Light {
       state.warm = state.on && lamp_.lit_for_s() >= settings_.warm_up_s;
       state.hours = lamp_.hours();
       return state;
-    }));
+    });
   }
 
  private:
-  template <typename T>
-  [[nodiscard]] Result<T> used(Result<T> result) {
+  /// `what` with the open widget, as a call of rigd's.
+  template <typename What>
+  [[nodiscard]] auto use(What&& what) -> decltype(what(std::declval<Output&>())) {
+    call_ends_ = settings_.retry.call_ends();
+    auto result = output_.use([&](Output& output) {
+      output.begin_call(call_ends_);
+      return what(output);
+    });
     if (!result && result.error().code == ErrorCode::lost) lamp_.forget();
     return result;
   }
@@ -138,6 +149,7 @@ class DmxLight final : public Light {
   [[nodiscard]] Result<std::unique_ptr<Output>> open() {
     auto widget = Widget::open(settings_.line, settings_.retry);
     if (!widget) return pass(widget);
+    (*widget)->begin_call(call_ends_);
     if (auto ok = check_identity(**widget); !ok) return pass(ok);
     auto output = std::make_unique<Output>(settings_, clock_, std::move(*widget));
     if (auto ok = output->put_out(settings_.at_start_level, false); !ok) return pass(ok);
@@ -149,6 +161,7 @@ class DmxLight final : public Light {
   base::Clock& clock_;
   void (*const log_)(base::LogLevel, std::string_view);
   LampRecord lamp_;
+  Deadline call_ends_ = Deadline::max();
   Connection<Output> output_;
 };
 

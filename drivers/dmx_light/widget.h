@@ -17,6 +17,9 @@ class Widget {
   [[nodiscard]] static base::Result<std::unique_ptr<Widget>> open(const SerialSettings& line,
                                                                   const RetryPolicy& retry);
 
+  /// All that follows belongs to a call that has to be over by then.
+  void begin_call(Deadline ends) { call_ends_ = ends; }
+
   /// Also brings back a widget that was left in the middle of a message. What the widget puts out ends.
   [[nodiscard]] base::Result<std::string> serial();
   /// A name that the widget may not know: asked once. Output ends.
@@ -32,11 +35,13 @@ class Widget {
  private:
   Widget(std::unique_ptr<SerialLine> line, const RetryPolicy& retry)
       : line_(std::move(line)), retry_(retry) {}
-  /// One attempt: sends, and waits for a message with that label.
-  [[nodiscard]] base::Result<Message> ask(std::string_view request, Label answer);
+  /// One attempt: sends, and waits for a message with that label until then.
+  [[nodiscard]] base::Result<Message> ask(std::string_view request, Label answer, Deadline answer_by);
+  [[nodiscard]] base::Result<void> put_out_by(std::string_view channels, Deadline answer_by);
 
   const std::unique_ptr<SerialLine> line_;
   const RetryPolicy retry_;
+  Deadline call_ends_ = Deadline::max();
 };
 
 }  // namespace rig::drivers::dmx_light

@@ -44,16 +44,17 @@ Block clearing_question(const Peer& peer) {
 }
 
 Bus::Bus(WireSettings settings, RetryPolicy policy, base::Clock& clock)
-    : policy_(policy),
+    : settings_(std::move(settings)),
+      policy_(policy),
       clock_(clock),
-      connection_([settings = std::move(settings)] { return Wire::open(settings); }, clock) {}
+      connection_([this] { return Wire::open(settings_, call_ends_); }, clock) {}
 
-Result<void> Bus::clear_doubts(Wire& wire, Peer& peer) {
+Result<void> Bus::clear_doubts(Wire& wire, Peer& peer, Deadline ends) {
   const base::Time now = clock_.now();
   std::erase_if(peer.doubts, [now](const Peer::Doubt& doubt) { return now - doubt.since > kLongestDelay; });
   if (peer.doubts.empty()) return {};
   const Block question = clearing_question(peer);
-  const auto answer = wire.read(peer.slave, question);
+  const auto answer = wire.read(peer.slave, question, ends);
   if (!answer && answer.error().code != ErrorCode::device) {
     if (leaves_doubt(answer.error())) peer.doubts.push_back({question.count, now});
     return pass(answer);
@@ -77,14 +78,15 @@ void Bus::note(Peer& peer, const base::Error* error) {
 }
 
 template <typename Send>
-auto Bus::ask(Peer& peer, std::size_t answer_words, bool clear_first, Send&& send)
+auto Bus::ask(Peer& peer, std::size_t answer_words, bool clear_first, Deadline ends, Send&& send)
     -> decltype(send(std::declval<Wire&>())) {
   RetryPolicy policy = policy_;
   if (peer.lost) policy.attempts = 1;
-  auto answer = with_retries(policy, [&] {
+  // The wire keeps the time of each attempt, which begins when the line is free.
+  auto answer = with_retries(policy, ends, settings_.where(), [&](Deadline) {
     return connection_.use([&](Wire& wire) -> decltype(send(wire)) {
       if (clear_first) {
-        if (auto clear = clear_doubts(wire, peer); !clear) return pass(clear);
+        if (auto clear = clear_doubts(wire, peer, ends); !clear) return pass(clear);
       }
       auto one = send(wire);
       if (!one && leaves_doubt(one.error())) peer.doubts.push_back({answer_words, clock_.now()});
@@ -97,38 +99,43 @@ auto Bus::ask(Peer& peer, std::size_t answer_words, bool clear_first, Send&& sen
 
 Result<std::vector<std::uint16_t>> Bus::read(Peer& peer, const Block& block) {
   if (peer.lost && clock_.now() < peer.ask_again) return tl::unexpected<base::Error>(*peer.lost);
-  return ask(peer, block.count, true, [&](Wire& wire) { return wire.read(peer.slave, block); });
+  return ask(peer, block.count, true, call_ends_,
+             [&](Wire& wire) { return wire.read(peer.slave, block, call_ends_); });
 }
 
 Result<void> Bus::write(Peer& peer, const Write& write) {
   if (peer.lost && clock_.now() < peer.ask_again) return tl::unexpected<base::Error>(*peer.lost);
-  return ask(peer, 0, true, [&](Wire& wire) { return wire.write(peer.slave, write, peer.one_word_single); });
+  return ask(peer, 0, true, call_ends_,
+             [&](Wire& wire) { return wire.write(peer.slave, write, peer.one_word_single, call_ends_); });
 }
 
 Result<void> Bus::write_once(Peer& peer, const Write& write) {
   if (peer.lost && clock_.now() < peer.ask_again) return tl::unexpected<base::Error>(*peer.lost);
   bool sent = false;
-  return ask(peer, 0, true, [&](Wire& wire) -> Result<void> {
+  return ask(peer, 0, true, call_ends_, [&](Wire& wire) -> Result<void> {
     if (std::exchange(sent, true)) {
       return fail(ErrorCode::device,
                   fmt::format("no whole answer to a write to 0x{:04X}: whether it was done "
                               "is open, and it is not sent twice",
                               write.address));
     }
-    return wire.write(peer.slave, write, peer.one_word_single);
+    return wire.write(peer.slave, write, peer.one_word_single, call_ends_);
   });
 }
 
 Result<void> Bus::write_at_once(Peer& peer, const Write& write) {
-  const auto send = [&](Wire& wire) { return wire.write(peer.slave, write, peer.one_word_single, true); };
+  const Deadline ends = policy_.stop_ends(call_ends_);
+  const auto send = [&](Wire& wire) {
+    return wire.write_at_once(peer.slave, write, peer.one_word_single, ends);
+  };
   // The answer to a reading cannot pass for that to a writing. Of those to earlier writings it cannot be
   // said: then the answer proves nothing, and the stop goes out again when the doubt is cleared.
   const bool of_a_write = std::any_of(peer.doubts.begin(), peer.doubts.end(),
                                       [](const Peer::Doubt& doubt) { return doubt.words == 0; });
-  if (!of_a_write) return ask(peer, 0, false, send);
+  if (!of_a_write) return ask(peer, 0, false, ends, send);
   const auto sent = connection_.use(send);
   if (!sent && peer.lost) return tl::unexpected<base::Error>(*peer.lost);
-  return ask(peer, 0, true, send);
+  return ask(peer, 0, true, call_ends_, send);
 }
 
 }  // namespace rig::drivers::modbus

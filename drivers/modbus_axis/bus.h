@@ -46,13 +46,21 @@ class Bus {
  public:
   Bus(WireSettings settings, RetryPolicy policy, base::Clock& clock);
 
+  /// All that follows belongs to a call that begins now.
+  void begin_call() { call_ends_ = policy_.call_ends(); }
+  /// What is left of the call beyond the time of one answer.
+  [[nodiscard]] base::Duration time_to_spare() const {
+    return call_ends_ - policy_.answer - std::chrono::steady_clock::now();
+  }
+
   /// A drive that does not answer is `lost`, and for half a second so is every further request, at once: the
   /// others on the wire need not wait for it each time. After that one attempt is made, not all.
   [[nodiscard]] base::Result<std::vector<std::uint16_t>> read(Peer& peer, const Block& block);
   [[nodiscard]] base::Result<void> write(Peer& peer, const Write& write);
   /// Sent once, for what may not be done twice. Whether it was done is open where no answer comes.
   [[nodiscard]] base::Result<void> write_once(Peer& peer, const Write& write);
-  /// Goes out before anything else is cleared up, and to a drive that is lost, too.
+  /// Goes out before anything else is cleared up, also to a drive that is lost, on a line that chatters, and
+  /// when the call's time is over.
   [[nodiscard]] base::Result<void> write_at_once(Peer& peer, const Write& write);
 
   /// Grows when the wire was opened again.
@@ -60,13 +68,15 @@ class Bus {
 
  private:
   template <typename Send>
-  [[nodiscard]] auto ask(Peer& peer, std::size_t answer_words, bool clear_first, Send&& send)
+  [[nodiscard]] auto ask(Peer& peer, std::size_t answer_words, bool clear_first, Deadline ends, Send&& send)
       -> decltype(send(std::declval<Wire&>()));
-  [[nodiscard]] base::Result<void> clear_doubts(Wire& wire, Peer& peer);
+  [[nodiscard]] base::Result<void> clear_doubts(Wire& wire, Peer& peer, Deadline ends);
   void note(Peer& peer, const base::Error* error);
 
+  const WireSettings settings_;
   const RetryPolicy policy_;
   base::Clock& clock_;
+  Deadline call_ends_ = Deadline::max();
   Connection<Wire> connection_;
   int silent_in_a_row_ = 0;
 };

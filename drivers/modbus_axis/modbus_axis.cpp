@@ -164,6 +164,7 @@ Result<void> ModbusAxis::set_up() {
 }
 
 Result<void> ModbusAxis::enable(bool on) {
+  bus_->begin_call();
   const auto reading = read_now();
   if (!reading) return pass(reading);
   if (!on) {
@@ -179,7 +180,8 @@ Result<void> ModbusAxis::enable(bool on) {
   if (auto done = run(profile_.enable, fixed_quantities()); !done) return done;
   // A command often follows at once: the drive is given its moment here. Where it does not come to that,
   // state() says so.
-  const base::Time until = clock_.now() + std::chrono::milliseconds(profile_.motion.enable_ms);
+  const base::Duration moment = std::chrono::milliseconds(profile_.motion.enable_ms);
+  const base::Time until = clock_.now() + std::min(moment, bus_->time_to_spare());
   while (true) {
     const auto now = read_now();
     if (!now) return pass(now);
@@ -189,6 +191,7 @@ Result<void> ModbusAxis::enable(bool on) {
 }
 
 Result<void> ModbusAxis::home() {
+  bus_->begin_call();
   if (profile_.home.empty()) {
     return fail(ErrorCode::refused, "the drive's description has no homing", settings_.axis.name);
   }
@@ -203,6 +206,7 @@ Result<void> ModbusAxis::home() {
 }
 
 Result<void> ModbusAxis::move_to(double target_rad, double velocity_rad_s, double acceleration_rad_s2) {
+  bus_->begin_call();
   const AxisSettings& axis = settings_.axis;
   const auto target = axis.scale.counts(target_rad);
   if (!target) return pass(target);
@@ -218,6 +222,7 @@ Result<void> ModbusAxis::move_to(double target_rad, double velocity_rad_s, doubl
 // As a target in the drive's own counting where it takes one: repeated after an answer that was lost, it is
 // the same move.
 Result<void> ModbusAxis::move_by(double delta_rad, double velocity_rad_s, double acceleration_rad_s2) {
+  bus_->begin_call();
   const AxisSettings& axis = settings_.axis;
   if (const auto by = axis.scale.distance(delta_rad); !by) return pass(by);
   if (auto fine = check_rates(axis, velocity_rad_s, acceleration_rad_s2); !fine) return fine;
@@ -266,6 +271,7 @@ Result<void> ModbusAxis::go(const Reading& before, Way way, double target_counts
 }
 
 Result<void> ModbusAxis::stop() {
+  bus_->begin_call();
   const auto writes = fill_in_all(profile_.stop, fixed_quantities());
   if (!writes) return pass(writes);
   watch_.stop(clock_.now());
@@ -280,6 +286,7 @@ Result<void> ModbusAxis::stop() {
 }
 
 Result<AxisState> ModbusAxis::state() {
+  bus_->begin_call();
   const auto reading = read_now();
   if (!reading) return pass(reading);
   AxisState state;

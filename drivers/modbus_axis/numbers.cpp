@@ -11,20 +11,6 @@ using base::ErrorCode;
 using base::fail;
 using base::Result;
 
-namespace {
-
-constexpr double kLastBits = 1e-9;
-
-double rounded(double exact, Rounding how) {
-  const double nearest = std::round(exact);
-  if (std::abs(exact - nearest) <= kLastBits * std::abs(exact)) return nearest;
-  if (how == Rounding::down) return std::floor(exact);
-  if (how == Rounding::up) return std::ceil(exact);
-  return nearest;
-}
-
-}  // namespace
-
 std::optional<std::int64_t> parse_whole(const std::string& text) {
   const bool negative = text.starts_with('-');
   std::string digits = text.substr(negative ? 1 : 0);

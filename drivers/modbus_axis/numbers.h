@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "drivers/common/rounding.h"
 #include "drivers/modbus_axis/words.h"
 
 namespace rig::drivers::modbus {
@@ -58,8 +59,6 @@ enum class Quantity {
 };
 
 [[nodiscard]] bool is_place(Quantity quantity);
-
-enum class Rounding { nearest, down, up };
 
 /// How a quantity is written in the drive's own unit: [value.NAME] of a profile. The register holds
 /// quantity x factor, with `inverse` factor / quantity (a time per speed).

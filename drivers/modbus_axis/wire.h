@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "drivers/common/retry.h"
 #include "drivers/common/serial_line.h"
 #include "drivers/modbus_axis/reading.h"
 #include "drivers/modbus_axis/steps.h"
@@ -48,14 +49,22 @@ struct WireSettings {
 /// line or connection are gone.
 class Wire {
  public:
-  [[nodiscard]] static base::Result<std::unique_ptr<Wire>> open(const WireSettings& settings);
+  /// Of a call that has to be over by then, as all that follows.
+  [[nodiscard]] static base::Result<std::unique_ptr<Wire>> open(const WireSettings& settings,
+                                                                Deadline call_ends = Deadline::max());
   ~Wire();
   Wire(const Wire&) = delete;
   Wire& operator=(const Wire&) = delete;
 
-  [[nodiscard]] base::Result<std::vector<std::uint16_t>> read(int slave, const Block& block);
-  /// `single`: a single word with function 06. `at_once`: without the longer silence after a garbled answer.
-  [[nodiscard]] base::Result<void> write(int slave, const Write& write, bool single, bool at_once = false);
+  [[nodiscard]] base::Result<std::vector<std::uint16_t>> read(int slave, const Block& block,
+                                                              Deadline call_ends = Deadline::max());
+  /// `single`: a single word with function 06.
+  [[nodiscard]] base::Result<void> write(int slave, const Write& write, bool single,
+                                         Deadline call_ends = Deadline::max());
+  /// Without the longer silence after a garbled answer; on a line that never falls silent into the noise. Of
+  /// two that speak at once the drive may understand one all the same.
+  [[nodiscard]] base::Result<void> write_at_once(int slave, const Write& write, bool single,
+                                                 Deadline call_ends = Deadline::max());
 
  private:
   struct Free {
@@ -64,16 +73,24 @@ class Wire {
   using Context = std::unique_ptr<_modbus, Free>;
 
   Wire(WireSettings settings, Context context)
-      : settings_(std::move(settings)), context_(std::move(context)), silence_(settings_.gap) {}
-  [[nodiscard]] base::Result<void> set_up();
-  /// Keeps the silence before a request and drops what came uncalled for.
-  [[nodiscard]] base::Result<void> clear_line(std::chrono::microseconds silence);
+      : settings_(std::move(settings)),
+        context_(std::move(context)),
+        silence_(settings_.gap),
+        within_(settings_.answer) {}
+  [[nodiscard]] base::Result<void> set_up(Deadline call_ends);
+  /// Keeps the silence before a request and drops what came uncalled for; false: there was none by then.
+  [[nodiscard]] base::Result<bool> clear_line(std::chrono::microseconds silence, Deadline give_up);
+  /// All of what precedes a request; afterwards its answer is waited for until then at the latest.
+  [[nodiscard]] base::Result<void> prepare(Deadline call_ends);
+  void wait_for_answer(Deadline call_ends);
+  [[nodiscard]] base::Result<void> send(int slave, const Write& write, bool single);
   [[nodiscard]] tl::unexpected<base::Error> failed(int code, int slave, const std::string& doing);
 
   const WireSettings settings_;
   const Context context_;
   std::chrono::steady_clock::time_point quiet_since_{};
   std::chrono::microseconds silence_;  ///< before the next request
+  std::chrono::milliseconds within_;   ///< of the present request's answer
 };
 
 }  // namespace rig::drivers::modbus

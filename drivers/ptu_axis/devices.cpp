@@ -18,7 +18,7 @@ class Unit {
       : settings_(std::move(settings)),
         resolutions_(settings_.axes.size()),
         connection_(
-            [this, &clock] { return connect(clock); }, clock, settings_.serial.path,
+            [this, &clock] { return connect(clock); }, clock, settings_.retry, settings_.serial.path,
             [this, log] {
               log(base::LogLevel::warning,
                   fmt::format("{}: the pan-tilt unit is back; it has to be homed", settings_.serial.path));

@@ -4,6 +4,8 @@
 #include <cctype>
 #include <utility>
 
+#include "drivers/common/printable.h"
+
 namespace rig::drivers::ptu {
 
 using base::ErrorCode;
@@ -12,19 +14,6 @@ using base::pass;
 using base::Result;
 
 namespace {
-
-constexpr std::size_t kShown = 60;
-
-// Bytes of the wire in a message for people.
-std::string printable(std::string_view text) {
-  std::string out;
-  for (const char c : text.substr(0, kShown)) {
-    out += std::isprint(static_cast<unsigned char>(c)) != 0
-               ? std::string(1, c)
-               : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
-  }
-  return text.size() > kShown ? out + "..." : out;
-}
 
 bool is_resolution(std::string_view command) {
   return command == "PR" || command == "TR";
@@ -140,8 +129,8 @@ Result<Reply> Link::exchange(std::string_view command, Time deadline) {
 }
 
 Result<double> Link::number(std::string_view query) {
-  return with_retries(retry_, [&]() -> Result<double> {
-    auto reply = exchange(query, answer_by());
+  return with_retries(retry_, call_ends_, path(), [&](Time deadline) -> Result<double> {
+    auto reply = exchange(query, deadline);
     if (!reply) return pass(reply);
     if (reply->kind == Reply::Kind::error) return refusal(query, *reply);
     if (terse_ && is_wordy(reply->text)) return restarted();
@@ -152,8 +141,8 @@ Result<double> Link::number(std::string_view query) {
 }
 
 Result<std::string> Link::text(std::string_view query) {
-  return with_retries(retry_, [&]() -> Result<std::string> {
-    auto reply = exchange(query, answer_by());
+  return with_retries(retry_, call_ends_, path(), [&](Time deadline) -> Result<std::string> {
+    auto reply = exchange(query, deadline);
     if (!reply) return pass(reply);
     if (reply->kind == Reply::Kind::error) return refusal(query, *reply);
     if (reply->text.empty()) return garbled(query, "*");
@@ -170,12 +159,12 @@ Result<void> Link::order_once(std::string_view command, Time deadline) {
 }
 
 Result<void> Link::order(std::string_view command) {
-  return with_retries(retry_, [&] { return order_once(command, answer_by()); });
+  return with_retries(retry_, call_ends_, path(),
+                      [&](Time deadline) { return order_once(command, deadline); });
 }
 
 Result<void> Link::stop(std::string_view command, std::string_view instead) {
-  return with_retries(retry_, [&]() -> Result<void> {
-    const Time deadline = answer_by();
+  return with_retries(retry_, retry_.stop_ends(call_ends_), path(), [&](Time deadline) -> Result<void> {
     if (auto ok = write(command); !ok) return ok;
     // Answers to earlier commands may come first; a mere "*" among them cannot be told from this one's.
     const bool certain = in_step_;
@@ -197,9 +186,9 @@ Result<void> Link::stop(std::string_view command, std::string_view instead) {
 }
 
 Result<void> Link::send(std::string_view command) {
-  return with_retries(retry_, [&]() -> Result<void> {
+  return with_retries(retry_, call_ends_, path(), [&](Time deadline) -> Result<void> {
     if (auto ok = look_about(); !ok) return ok;
-    if (auto ok = fall_into_step(answer_by()); !ok) return ok;
+    if (auto ok = fall_into_step(deadline); !ok) return ok;
     return write(command);
   });
 }

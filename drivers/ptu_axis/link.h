@@ -20,9 +20,12 @@ namespace rig::drivers::ptu {
 /// or its replies are garbled again and again).
 class Link {
  public:
-  using Time = std::chrono::steady_clock::time_point;
+  using Time = Deadline;
 
   Link(std::unique_ptr<SerialLine> line, RetryPolicy retry) : stream_(std::move(line)), retry_(retry) {}
+
+  /// All that follows belongs to a call that has to be over by then.
+  void begin_call(Deadline ends) { call_ends_ = ends; }
 
   /// The number that a query is answered with, asked for again where the reply is missing or garbled.
   [[nodiscard]] base::Result<double> number(std::string_view query);
@@ -30,7 +33,8 @@ class Link {
   [[nodiscard]] base::Result<std::string> text(std::string_view query);
   /// A command that may be sent twice; done when the unit says so.
   [[nodiscard]] base::Result<void> order(std::string_view command);
-  /// As order(), but written before anything else is looked at; `instead` where the unit does not know it.
+  /// As order(), but written before anything else is looked at, and also when the call's time is over;
+  /// `instead` where the unit does not know it.
   [[nodiscard]] base::Result<void> stop(std::string_view command, std::string_view instead);
 
   /// Sends a command whose reply takes longer than a call may; it comes with reply_to_sent().
@@ -50,7 +54,6 @@ class Link {
   [[nodiscard]] const std::string& path() const { return stream_.path(); }
 
  private:
-  [[nodiscard]] Time answer_by() const { return std::chrono::steady_clock::now() + retry_.answer; }
   [[nodiscard]] base::Result<void> write(std::string_view command);
   [[nodiscard]] base::Result<Reply> exchange(std::string_view command, Time deadline);
   [[nodiscard]] base::Result<std::optional<Reply>> next(std::string_view command, Time deadline);
@@ -64,6 +67,7 @@ class Link {
 
   ReplyStream<ReplyReader> stream_;
   const RetryPolicy retry_;
+  Deadline call_ends_ = Deadline::max();
   std::string marker_query_, marker_;
   bool in_step_ = false;
   bool terse_ = false;

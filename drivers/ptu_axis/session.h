@@ -24,6 +24,8 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
+  /// All that follows belongs to a call that has to be over by then.
+  void begin_call(Deadline ends) { link_.begin_call(ends); }
   /// Goes on with being set up. True: it is. An error is the end of the session.
   [[nodiscard]] base::Result<bool> set_up() { return progress(); }
   [[nodiscard]] bool is_set_up() const { return phase_ != Phase::setting_up; }

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/base/units.h"
+#include "drivers/common/rounding.h"
 
 namespace rig::drivers::sixk {
 
@@ -153,8 +154,7 @@ AxisCapabilities Controller::capabilities(std::size_t index) const {
 
 Result<std::string> Controller::turns(const Axis& axis, double rad_per_s, std::string_view what) const {
   const double per_turn = axis.counts_per_turn / axis.settings.axis.scale.counts_per_rad;
-  constexpr double kLastBits = 1e-9;
-  const double steps = std::floor(rad_per_s / per_turn * kSteps * (1 + kLastBits));
+  const double steps = rounded(rad_per_s / per_turn * kSteps, Rounding::down);
   constexpr double kMost = 9999.9999;
   if (!(steps >= 1) || steps > kMost * kSteps) {
     return fail(ErrorCode::bad_input,

@@ -23,6 +23,8 @@ class Controller {
   Controller(const Controller&) = delete;
   Controller& operator=(const Controller&) = delete;
 
+  /// All that follows belongs to a call that has to be over by then.
+  void begin_call(Deadline ends) { link_.begin_call(ends); }
   /// Goes on with being set up. True: it is. An error is the end of this connection.
   [[nodiscard]] base::Result<bool> set_up();
   [[nodiscard]] bool is_set_up() const { return set_up_; }

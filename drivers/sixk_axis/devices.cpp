@@ -18,7 +18,7 @@ class Box {
  public:
   Box(Settings settings, const OpenContext& context)
       : settings_(std::move(settings)),
-        connection_([this, &clock = context.clock] { return connect(clock); }, context.clock,
+        connection_([this, &clock = context.clock] { return connect(clock); }, context.clock, settings_.retry,
                     settings_.serial.path,
                     [this, log = context.log] {
                       log(base::LogLevel::warning,

@@ -4,6 +4,8 @@
 #include <cctype>
 #include <utility>
 
+#include "drivers/common/printable.h"
+
 namespace rig::drivers::sixk {
 
 using base::ErrorCode;
@@ -14,17 +16,6 @@ using base::Result;
 namespace {
 
 constexpr const char* kRevision = "TREV";
-constexpr std::size_t kShown = 60;
-
-std::string printable(std::string_view text) {
-  std::string out;
-  for (const char c : text.substr(0, kShown)) {
-    out += std::isprint(static_cast<unsigned char>(c)) != 0
-               ? std::string(1, c)
-               : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
-  }
-  return text.size() > kShown ? out + "..." : out;
-}
 
 bool over(Link::Time deadline) {
   return std::chrono::steady_clock::now() >= deadline;
@@ -179,8 +170,7 @@ Result<void> Link::await_taken(std::string_view command, Time deadline) {
 }
 
 Result<std::string> Link::ask(int axis, std::string_view name) {
-  return with_retries(retry_, [&]() -> Result<std::string> {
-    const Time deadline = answer_by();
+  return with_retries(retry_, call_ends_, path(), [&](Time deadline) -> Result<std::string> {
     if (auto ok = begin(deadline); !ok) return pass(ok);
     if (auto ok = write(axis, name); !ok) return pass(ok);
     return await_value(axis, name, deadline);
@@ -188,8 +178,7 @@ Result<std::string> Link::ask(int axis, std::string_view name) {
 }
 
 Result<double> Link::number(int axis, std::string_view name) {
-  return with_retries(retry_, [&]() -> Result<double> {
-    const Time deadline = answer_by();
+  return with_retries(retry_, call_ends_, path(), [&](Time deadline) -> Result<double> {
     if (auto ok = begin(deadline); !ok) return pass(ok);
     if (auto ok = write(axis, name); !ok) return pass(ok);
     const auto text = await_value(axis, name, deadline);
@@ -201,8 +190,7 @@ Result<double> Link::number(int axis, std::string_view name) {
 }
 
 Result<Status> Link::status(int axis) {
-  return with_retries(retry_, [&]() -> Result<Status> {
-    const Time deadline = answer_by();
+  return with_retries(retry_, call_ends_, path(), [&](Time deadline) -> Result<Status> {
     if (auto ok = begin(deadline); !ok) return pass(ok);
     if (auto ok = write(axis, "TAS"); !ok) return pass(ok);
     const auto text = await_value(axis, "TAS", deadline);
@@ -222,12 +210,12 @@ Result<void> Link::order_once(int axis, std::string_view command, Time deadline)
 }
 
 Result<void> Link::order(int axis, std::string_view command) {
-  return with_retries(retry_, [&] { return order_once(axis, command, answer_by()); });
+  return with_retries(retry_, call_ends_, path(),
+                      [&](Time deadline) { return order_once(axis, command, deadline); });
 }
 
 Result<void> Link::stop(std::string_view command, std::string_view instead) {
-  return with_retries(retry_, [&]() -> Result<void> {
-    const Time deadline = answer_by();
+  return with_retries(retry_, retry_.stop_ends(call_ends_), path(), [&](Time deadline) -> Result<void> {
     if (auto ok = write(0, command); !ok) return ok;
     // A prompt among what is still to come cannot be told from this command's.
     const bool certain = std::exchange(in_step_, false) && names_;

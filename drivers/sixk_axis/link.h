@@ -22,10 +22,13 @@ namespace rig::drivers::sixk {
 /// Errors: `lost`, `device` (the controller refuses, or its answers are garbled again and again).
 class Link {
  public:
-  using Time = std::chrono::steady_clock::time_point;
+  using Time = Deadline;
 
   Link(std::unique_ptr<SerialLine> line, RetryPolicy retry, int unit, int error_level)
       : stream_(std::move(line)), retry_(retry), unit_(unit), names_(error_level == 4) {}
+
+  /// All that follows belongs to a call that has to be over by then.
+  void begin_call(Deadline ends) { call_ends_ = ends; }
 
   /// The value that the query of an axis (0: of none) is answered with.
   [[nodiscard]] base::Result<std::string> ask(int axis, std::string_view name);
@@ -33,7 +36,8 @@ class Link {
   [[nodiscard]] base::Result<Status> status(int axis);
   /// A command that may be sent twice. Axis 0: without an axis.
   [[nodiscard]] base::Result<void> order(int axis, std::string_view command);
-  /// As order(), but written before anything else is looked at; `instead` where the controller refuses it.
+  /// As order(), but written before anything else is looked at, and also when the call's time is over;
+  /// `instead` where the controller refuses it.
   [[nodiscard]] base::Result<void> stop(std::string_view command, std::string_view instead);
   /// Writes and waits for nothing.
   [[nodiscard]] base::Result<void> shout(std::string_view command);
@@ -46,7 +50,6 @@ class Link {
   [[nodiscard]] const std::string& path() const { return stream_.path(); }
 
  private:
-  [[nodiscard]] Time answer_by() const { return std::chrono::steady_clock::now() + retry_.answer; }
   [[nodiscard]] base::Result<void> write(int axis, std::string_view command);
   [[nodiscard]] base::Result<void> begin(Time deadline);
   [[nodiscard]] base::Result<void> look_about();
@@ -61,6 +64,7 @@ class Link {
 
   ReplyStream<ReplyReader> stream_;
   const RetryPolicy retry_;
+  Deadline call_ends_ = Deadline::max();
   const int unit_;
   const bool names_;  ///< answers say whose they are, and prompts follow
   std::string marker_;

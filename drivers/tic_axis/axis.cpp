@@ -22,7 +22,7 @@ constexpr milliseconds kHaltsWithin{30};
 // Reads until `there` or until the time is over; the last reading.
 template <typename There>
 Result<Variables> read_until(Link& link, milliseconds within, There&& there) {
-  const auto deadline = std::chrono::steady_clock::now() + within;
+  const Deadline deadline = std::min<Deadline>(std::chrono::steady_clock::now() + within, link.call_ends());
   while (true) {
     auto now = link.variables();
     if (!now || there(*now) || std::chrono::steady_clock::now() >= deadline) return now;
@@ -83,7 +83,7 @@ TicAxis::TicAxis(TicSettings tic, ModuleSettings module, base::Clock& clock, Ses
     : tic_(std::move(tic)),
       module_(std::move(module)),
       log_(std::move(log)),
-      connection_([this] { return Session::open(tic_, module_, heart_, log_); }, clock) {
+      connection_([this] { return Session::open(tic_, module_, heart_, log_, call_ends_); }, clock) {
   heart_.beat();
   const auto met = with([](Session&) -> Result<void> { return {}; });
   if (!met) log_(LogLevel::warning, fmt::format("axis {}: {}", tic_.axis.name, met.error().text()));
@@ -95,12 +95,16 @@ bool TicAxis::Errand::done(const Variables& now) const {
 }
 
 template <typename Use>
-auto TicAxis::with(Use&& use) -> decltype(use(std::declval<Session&>())) {
+auto TicAxis::with(Use&& use, Call call) -> decltype(use(std::declval<Session&>())) {
   heart_.beat();
+  call_ends_ = module_.retry.call_ends();
   auto session = connection_.get();
-  if (session && !(*session)->mismatch().empty() && (*session)->is_mended(tic_)) {
+  if (session) (*session)->link().begin_call(call_ends_, call == Call::stop);
+  // A stop does not wait for that.
+  if (session && call != Call::stop && !(*session)->mismatch().empty() && (*session)->is_mended(tic_)) {
     connection_.close();
     session = connection_.get();
+    if (session) (*session)->link().begin_call(call_ends_);
   }
   if (!session) return pass(session);
   const Settings& settings = (*session)->settings();
@@ -314,27 +318,29 @@ Result<void> TicAxis::go(Link& link, const Variables& now, std::int32_t target, 
 }
 
 Result<void> TicAxis::stop() {
-  return with([&](Session& session) -> Result<void> {
-    Link& link = session.link();
-    // First of all, because it is never wrong: it brakes, forgets the target, and costs no reference.
-    const auto braked = link.write32(Command::set_target_velocity, 0);
-    if (!braked && braked.error().code == ErrorCode::lost) {
-      // Silent, but perhaps not deaf; a homing heeds nothing less than this.
-      if (!link.gone()) (void)link.quick_once(Command::halt_and_hold);
-      return braked;
-    }
-    const auto now = link.variables();
-    if (!now && link.gone()) return pass(now);
-    // A motor that stands is not halted: that would cost its reference for nothing.
-    const bool stands = braked && now && !turns(*now);
-    const bool brakes = braked && now && !now->homing && tic_.stop == Stop::decelerate;
-    if (!stands && !brakes) {
-      if (auto ok = halt(link); !ok) return ok;
-    }
-    // What becomes of that is not what a stop is about.
-    if (now) (void)acknowledge(link, *now);
-    return {};
-  });
+  return with(
+      [&](Session& session) -> Result<void> {
+        Link& link = session.link();
+        // First of all, because it is never wrong: it brakes, forgets the target, and costs no reference.
+        const auto braked = link.write32(Command::set_target_velocity, 0);
+        if (!braked && braked.error().code == ErrorCode::lost) {
+          // Silent, but perhaps not deaf; a homing heeds nothing less than this.
+          if (!link.gone()) (void)link.quick_once(Command::halt_and_hold);
+          return braked;
+        }
+        const auto now = link.variables();
+        if (!now && link.gone()) return pass(now);
+        // A motor that stands is not halted: that would cost its reference for nothing.
+        const bool stands = braked && now && !turns(*now);
+        const bool brakes = braked && now && !now->homing && tic_.stop == Stop::decelerate;
+        if (!stands && !brakes) {
+          if (auto ok = halt(link); !ok) return ok;
+        }
+        // What becomes of that is not what a stop is about.
+        if (now) (void)acknowledge(link, *now);
+        return {};
+      },
+      Call::stop);
 }
 
 Result<void> TicAxis::halt(Link& link) {

@@ -40,9 +40,10 @@ class TicAxis final : public Axis {
     [[nodiscard]] bool done(const Variables& now) const;
   };
 
-  /// `use` with a session, as something that a call did.
+  /// `use` with a session, as a call of rigd's: its time begins here.
+  enum class Call { usual, stop };
   template <typename Use>
-  auto with(Use&& use) -> decltype(use(std::declval<Session&>()));
+  auto with(Use&& use, Call call = Call::usual) -> decltype(use(std::declval<Session&>()));
   /// The errors that have occurred are known now; those to come will be told of.
   [[nodiscard]] base::Result<void> acknowledge(Link& link, const Variables& now);
   [[nodiscard]] base::Result<void> halt(Link& link);
@@ -61,6 +62,7 @@ class TicAxis final : public Axis {
   const ModuleSettings module_;
   const Session::Log log_;
   Heartbeat heart_;
+  Deadline call_ends_{};
   Connection<Session> connection_;
   bool has_switches_ = false;
   std::optional<double> homing_velocity_rad_s_;  ///< of the Tic's own homing, as its settings have it

@@ -18,6 +18,14 @@ class Link {
   Link(std::unique_ptr<Transport> transport, const RetryPolicy& policy)
       : transport_(std::move(transport)), policy_(policy) {}
 
+  /// What the worker asks for from now on belongs to a call that has to be over by then. Of a stop commands
+  /// are sent at least once, also when its time is over. The feeder's and quick_once() keep their own time.
+  void begin_call(Deadline ends, bool stop = false) {
+    call_ends_ = ends;
+    stop_ = stop;
+  }
+  [[nodiscard]] Deadline call_ends() const { return call_ends_; }
+
   [[nodiscard]] base::Result<void> quick(Command command);
   /// Sent once, and given up if it is not answered within 50 ms.
   [[nodiscard]] base::Result<void> quick_once(Command command);
@@ -39,8 +47,9 @@ class Link {
   [[nodiscard]] const Identity& identity() const { return transport_->identity(); }
 
  private:
+  [[nodiscard]] base::Result<void> out(Command command, std::uint16_t value, std::uint16_t index);
   [[nodiscard]] base::Result<void> out(Command command, std::uint16_t value, std::uint16_t index,
-                                       const RetryPolicy& policy);
+                                       const RetryPolicy& policy, Deadline ends);
   /// Hands on what the transport answers; notes where that is that it is no more.
   template <typename T>
   [[nodiscard]] base::Result<T> noting(base::Result<T> answer) {
@@ -49,10 +58,12 @@ class Link {
   }
   /// Exactly so many bytes.
   [[nodiscard]] base::Result<std::vector<std::uint8_t>> in(Command command, std::uint16_t offset,
-                                                           std::uint16_t length);
+                                                           std::uint16_t length, Deadline answer_by);
 
   const std::unique_ptr<Transport> transport_;
   const RetryPolicy policy_;
+  Deadline call_ends_ = Deadline::max();  // the worker's alone, like the next
+  bool stop_ = false;
   FairLock turn_;
   std::atomic<bool> gone_{false};
 };

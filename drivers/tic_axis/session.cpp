@@ -47,12 +47,13 @@ Result<Met> meet(Link& link, const TicSettings& tic, Variables& now) {
 }  // namespace
 
 Result<std::unique_ptr<Session>> Session::open(const TicSettings& tic, const ModuleSettings& module,
-                                               const Heartbeat& heart, const Log& log) {
-  auto transport = open_transport(tic.place, module.retry);
+                                               const Heartbeat& heart, const Log& log, Deadline call_ends) {
+  auto transport = open_transport(tic.place, module.retry, call_ends);
   if (!transport) return pass(transport);
   std::unique_ptr<Session> session(new Session);
   session->link_ = std::make_unique<Link>(std::move(*transport), module.retry);
   Link& link = *session->link_;
+  link.begin_call(call_ends);
   const std::string who = title(tic, link.identity());
   Variables now;
   auto met = meet(link, tic, now);

@@ -18,10 +18,12 @@ class Session {
 
   /// Looks for the Tic, reads what it is and how it is set up, forgets the errors of the time before (which
   /// are logged), and begins to feed it. With write_settings it is set up first. A Tic that is not set up as
-  /// it must be is no error here: it can be read and stopped; see mismatch().
+  /// it must be is no error here: it can be read and stopped; see mismatch(). All within the call that it is
+  /// opened in.
   [[nodiscard]] static base::Result<std::unique_ptr<Session>> open(const TicSettings& tic,
                                                                    const ModuleSettings& module,
-                                                                   const Heartbeat& heart, const Log& log);
+                                                                   const Heartbeat& heart, const Log& log,
+                                                                   Deadline call_ends);
 
   [[nodiscard]] Link& link() { return *link_; }
   [[nodiscard]] const Settings& settings() const { return settings_; }

@@ -50,11 +50,12 @@ class SocketTransport final : public Transport {
   [[nodiscard]] const Identity& identity() const override { return identity_; }
 
   /// Reads the descriptors.
-  [[nodiscard]] Result<void> meet(const RetryPolicy& policy) {
+  [[nodiscard]] Result<void> meet(const RetryPolicy& policy, Deadline call_ends) {
     constexpr std::uint16_t kDeviceBytes = 18, kStringBytes = 255;
     const auto descriptor = [&](std::uint16_t value, std::uint16_t index, std::uint16_t length) {
-      return with_retries(policy, [&] {
-        return control_in({kStandardIn, kGetDescriptor, value, index}, length, policy.answer);
+      return with_retries(policy, call_ends, identity_.where, [&](Deadline answer_by) {
+        const auto left = std::chrono::ceil<milliseconds>(answer_by - Steady::now());
+        return control_in({kStandardIn, kGetDescriptor, value, index}, length, left);
       });
     };
     const auto device = descriptor(kDeviceDescriptor, 0, kDeviceBytes);
@@ -117,7 +118,7 @@ class SocketTransport final : public Transport {
 }  // namespace
 
 Result<std::unique_ptr<Transport>> open_socket(const std::string& path, const Place& place,
-                                               const RetryPolicy& policy) {
+                                               const RetryPolicy& policy, Deadline call_ends) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path.size() >= sizeof(address.sun_path))
@@ -129,7 +130,7 @@ Result<std::unique_ptr<Transport>> open_socket(const std::string& path, const Pl
   if (::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
     return fail(ErrorCode::lost, fmt::format("no Tic there: {}", std::strerror(errno)), path);
   }
-  if (auto met = transport->meet(policy); !met) return pass(met);
+  if (auto met = transport->meet(policy, call_ends); !met) return pass(met);
   if (!place.serial.empty() && transport->identity().serial != place.serial) {
     return fail(ErrorCode::lost, fmt::format("there is no Tic with serial {}", place.serial),
                 transport->identity().where);

@@ -11,6 +11,7 @@ namespace rig::drivers::tic {
 /// `path` is that of a SOCK_SEQPACKET socket.
 [[nodiscard]] base::Result<std::unique_ptr<Transport>> open_socket(const std::string& path,
                                                                    const Place& place,
-                                                                   const RetryPolicy& policy);
+                                                                   const RetryPolicy& policy,
+                                                                   Deadline call_ends);
 
 }  // namespace rig::drivers::tic

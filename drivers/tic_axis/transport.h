@@ -52,8 +52,9 @@ struct Place {
   std::string transport = "usb";  ///< or "unix:PATH", for tests
 };
 
-/// Finds the Tic. Whatever the error's code, it may come later.
+/// Finds the Tic, within the call that it is looked for in. Whatever the error's code, it may come later.
 [[nodiscard]] base::Result<std::unique_ptr<Transport>> open_transport(const Place& place,
-                                                                      const RetryPolicy& policy);
+                                                                      const RetryPolicy& policy,
+                                                                      Deadline call_ends = Deadline::max());
 
 }  // namespace rig::drivers::tic

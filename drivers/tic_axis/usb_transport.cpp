@@ -161,7 +161,8 @@ tl::unexpected<base::Error> not_there(const Place& place, const Seen& seen) {
 
 }  // namespace
 
-Result<std::unique_ptr<Transport>> open_usb(const Place& place, const RetryPolicy& policy) {
+Result<std::unique_ptr<Transport>> open_usb(const Place& place, const RetryPolicy& policy,
+                                            Deadline call_ends) {
   // A context of its own, which knows what is plugged in now; an older one learns that only where a device
   // manager (udev) runs.
   libusb_context* made = nullptr;
@@ -179,7 +180,11 @@ Result<std::unique_ptr<Transport>> open_usb(const Place& place, const RetryPolic
   const List list(devices);
   Seen seen;
   for (ssize_t i = 0; i < n; ++i) {
-    auto found = try_device(devices[i], place, policy.answer, seen);
+    const auto left = std::chrono::ceil<milliseconds>(call_ends - std::chrono::steady_clock::now());
+    if (left.count() <= 0) {
+      return tl::unexpected<base::Error>(call_is_over(nullptr, "USB"));
+    }
+    auto found = try_device(devices[i], place, std::min(policy.answer, left), seen);
     if (!found) continue;
     if (const int error = libusb_claim_interface(found->handle.get(), kInterface); error != 0) {
       return fail(ErrorCode::lost, fmt::format("the Tic cannot be claimed: {}", libusb_strerror(error)),

@@ -36,6 +36,9 @@ void Answers::send(Time now, std::string_view answer) {
     case Spoil::duplicate:
       line_.write(std::string(answer) + std::string(answer));
       return;
+    case Spoil::two_of_three:
+      if (to_spoil_ % 3 == 0) line_.write(answer);
+      return;
   }
 }
 

@@ -16,10 +16,11 @@ class Answers {
  public:
   using Time = std::chrono::steady_clock::time_point;
   enum class Spoil {
-    missing,    ///< it never comes
-    garbage,    ///< as many other bytes come in its place
-    late,       ///< it comes `lateness` after its time
-    duplicate,  ///< it comes twice
+    missing,       ///< it never comes
+    garbage,       ///< as many other bytes come in its place
+    late,          ///< it comes `lateness` after its time
+    duplicate,     ///< it comes twice
+    two_of_three,  ///< only each third comes
   };
 
   Answers(Pty& line, std::chrono::milliseconds lateness) : line_(line), lateness_(lateness) {}

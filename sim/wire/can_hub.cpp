@@ -130,6 +130,9 @@ struct CanHub::State {
       case Fault::duplicate:
         pass_on(from, frame);
         break;
+      case Fault::drop_two_of_three:
+        if (now.frames % 3 != 0) return;
+        break;
       case Fault::delay:
         waiting.push_back({frame, from, Steady::now() + now.late});
         return;

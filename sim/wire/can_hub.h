@@ -29,6 +29,7 @@ class CanHub {
     garble,  ///< other bytes in place of its own
     delay,   ///< by `late`; what follows it under the same identifier waits behind it
     duplicate,
+    drop_two_of_three,  ///< only each third comes
   };
   /// The next `frames` frames with this identifier are spoilt. Several orders are carried out one after the
   /// other.

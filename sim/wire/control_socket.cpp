@@ -110,6 +110,9 @@ struct ControlSocket::Impl {
       case Spoil::duplicate:
         send(client, bytes);
         return send(client, bytes);
+      case Spoil::two_of_three:
+        if (spoilt_answers % 3 == 0) send(client, bytes);
+        return;
     }
   }
 

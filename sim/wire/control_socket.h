@@ -16,10 +16,11 @@ namespace rig::sim::wire {
 class ControlSocket {
  public:
   enum class Spoil {
-    missing,    ///< the request is carried out and its answer never comes
-    garbage,    ///< other bytes come in the answer's place
-    late,       ///< the answer comes `late` after its time
-    duplicate,  ///< the answer comes twice
+    missing,       ///< the request is carried out and its answer never comes
+    garbage,       ///< other bytes come in the answer's place
+    late,          ///< the answer comes `late` after its time
+    duplicate,     ///< the answer comes twice
+    two_of_three,  ///< only each third comes
   };
 
   ControlSocket(std::filesystem::path path, ControlHandler handler);

@@ -79,6 +79,9 @@ std::optional<ModbusLine::Delivery> ModbusLine::deliver(int number, std::string_
     case Spoil::duplicate:
       delivery.again_after = repeat_after_;
       break;
+    case Spoil::two_of_three:
+      if (spoilt_ % 3 != 0) return std::nullopt;
+      break;
   }
   return delivery;
 }

@@ -20,7 +20,13 @@ namespace rig::sim::wire {
 class ModbusLine {
  public:
   /// How answers are spoilt on their way.
-  enum class Spoil { missing, garbage, late, duplicate };
+  enum class Spoil {
+    missing,
+    garbage,
+    late,
+    duplicate,
+    two_of_three,  ///< only each third comes
+  };
 
   /// The slaves live longer than the line.
   using Slaves = std::map<int, ModbusRegisters*>;

@@ -16,6 +16,9 @@ constexpr std::uint16_t kInputs = 0x007C, kOutputs = 0x007E, kAlarm = 0x0080;
 constexpr std::uint16_t kCommandPosition = 0x00C6, kFeedbackPosition = 0x00CC;
 constexpr std::uint16_t kDriverTemperature = 0x00F8, kMotorTemperature = 0x00FA;
 constexpr std::uint16_t kAlarmReset = 0x0180;
+// Of a CVD: how it searches home.
+constexpr std::uint16_t kHomeType = 0x02C0, kHomeDirection = 0x02C2;
+constexpr std::int32_t kThreeSensors = 1, kForward = 1;
 
 constexpr std::uint16_t kInHome = 1U << 4, kInStop = 1U << 5, kInFree = 1U << 6, kInAlarmReset = 1U << 7;
 constexpr std::uint16_t kOutHomed = 1U << 4, kOutReady = 1U << 5, kOutAlarm = 1U << 7;
@@ -48,12 +51,15 @@ std::int32_t OrientalDrive::long_at(std::uint16_t address) const {
 void OrientalDrive::power_up(Time now) {
   registers_.clear();
   for (std::uint16_t at = kDirectNumber; at <= kDirectDestination; at += 2) put_long(at, 0);
-  for (const std::uint16_t at :
-       {kInputs, kOutputs, kAlarm, kCommandPosition, kFeedbackPosition, kAlarmReset}) {
-    put_long(at, 0);
+  for (const std::uint16_t at : {kInputs, kOutputs, kAlarm, kCommandPosition, kAlarmReset}) put_long(at, 0);
+  if (setup_.cvd) {
+    put_long(kHomeType, kThreeSensors);
+    put_long(kHomeDirection, kForward);
+  } else {
+    put_long(kFeedbackPosition, 0);
+    put_long(kDriverTemperature, kDegrees42);
+    put_long(kMotorTemperature, kDegrees31);
   }
-  put_long(kDriverTemperature, kDegrees42);
-  put_long(kMotorTemperature, kDegrees31);
   motor_.put(now, motor_.position(now));
   if (!setup_.absolute || !known_) {
     zero_ = motor_.position(now);
@@ -91,6 +97,7 @@ void OrientalDrive::advance(Time now) {
     return;
   }
   if (homing_ && !motor_.moving(now)) {
+    if (std::exchange(comes_back_, false)) return motor_.move_to(now, setup_.home, kHomingSpeed, kHomingRate);
     homing_ = false;
     known_ = true;
     zero_ = motor_.position(now);
@@ -127,11 +134,20 @@ void OrientalDrive::set_inputs(std::uint16_t inputs, Time now) {
     ++stops_;
     brake(now);
   }
-  if ((rises & kInHome) != 0 && energised() && (inputs_ & kInStop) == 0) {
-    known_ = false;
-    homing_ = true;
-    motor_.move_to(now, setup_.home, kHomingSpeed, kHomingRate);
+  if ((rises & kInHome) != 0 && energised() && (inputs_ & kInStop) == 0) start_homing(now);
+}
+
+void OrientalDrive::start_homing(Time now) {
+  known_ = comes_back_ = false;
+  double target = setup_.home;
+  if (setup_.cvd) {
+    if (long_at(kHomeType) != kThreeSensors) return raise(kOperationData, now);
+    const bool forward = long_at(kHomeDirection) == kForward;
+    comes_back_ = forward != (setup_.home >= motor_.position(now));
+    if (comes_back_) target = forward ? setup_.travel.high : setup_.travel.low;
   }
+  homing_ = true;
+  motor_.move_to(now, target, kHomingSpeed, kHomingRate);
 }
 
 std::uint16_t OrientalDrive::outputs(Time now) {
@@ -149,7 +165,7 @@ void OrientalDrive::refresh(Time now) {
   put_long(kAlarm, alarm_);
   const auto shown = static_cast<std::uint32_t>(std::lround(motor_.position(now) - zero_));
   put_long(kCommandPosition, shown);
-  put_long(kFeedbackPosition, shown);
+  if (!setup_.cvd) put_long(kFeedbackPosition, shown);
 }
 
 std::optional<ModbusRegisters::Words> OrientalDrive::read(bool input, std::uint16_t address,
@@ -176,7 +192,8 @@ std::optional<ModbusException> OrientalDrive::write(std::uint16_t address, const
     const auto at = static_cast<std::uint16_t>(address + i);
     const bool direct = at >= kDirectNumber && at <= kDirectDestination + 1;
     const bool switched = (at & ~1U) == kInputs || (at & ~1U) == kAlarmReset;
-    if (!direct && !switched) return ModbusException::illegal_address;
+    const bool parameter = setup_.cvd && ((at & ~1U) == kHomeType || (at & ~1U) == kHomeDirection);
+    if (!direct && !switched && !parameter) return ModbusException::illegal_address;
   }
   bool triggered = false;
   for (std::size_t i = 0; i < words.size(); ++i) {

@@ -1,4 +1,4 @@
-// A drive of Oriental Motor's AZ kind, as a Modbus slave: numbers of 32 bits, high word first.
+// A drive of Oriental Motor's AZ or CVD kind, as a Modbus slave: numbers of 32 bits, high word first.
 #pragma once
 
 #include <chrono>
@@ -15,6 +15,11 @@ namespace rig::sim::wire {
 /// edge), outputs at 0x007E, alarm at 0x0080, readback at 0x00CC, temperatures from 0x00F8. Its owner has put
 /// three functions on other outputs and inputs than the factory: R-IN4 homes to the sensor, R-OUT4 says that
 /// the position is known, R-OUT9 and R-OUT10 show the limit switches FW-LS and RV-LS.
+///
+/// A CVD has no encoder: no detected position, no temperatures, and after a power cycle it does not know
+/// where it stands. How it searches home it is told: type at 0x02C1 (here with three sensors, 1, alone: the
+/// other types are answered with an alarm when homing begins), direction at 0x02C3. Where its sensor lies the
+/// other way it goes to the end of its travel first, and comes back.
 class OrientalDrive final : public ModbusDrive {
  public:
   struct Setup {
@@ -22,6 +27,7 @@ class OrientalDrive final : public ModbusDrive {
     Motor::Limits travel{-100000, 100000};
     std::chrono::milliseconds reaction{0};  ///< from the trigger to the start; the outputs stay old meanwhile
     bool absolute = false;                  ///< its sensor knows the position after a power cycle, once homed
+    bool cvd = false;
   };
   explicit OrientalDrive(const Setup& setup);
 
@@ -45,6 +51,7 @@ class OrientalDrive final : public ModbusDrive {
   void advance(Time now);
   void trigger(Time now);
   void start(Time now);
+  void start_homing(Time now);
   void raise(std::uint32_t alarm, Time now);
   void set_inputs(std::uint16_t inputs, Time now);
   void brake(Time now);
@@ -61,6 +68,7 @@ class OrientalDrive final : public ModbusDrive {
   double zero_ = 0;
   bool known_ = false;  ///< where it stands
   bool homing_ = false;
+  bool comes_back_ = false;  ///< a search for home that has set out the other way
   std::optional<Time> due_;  ///< a triggered operation starts then
   std::uint16_t inputs_ = 0;
   bool reset_word_ = false;

@@ -16,7 +16,9 @@ class Link {
 
   /// What `read` makes of the answer to `text`: a Result, `damaged` where it is no such answer. Asked again
   /// where none or a garbled one comes, so only for what may be done twice. `lost` where the line is gone or
-  /// nobody answers, `device` where the answers stay garbled.
+  /// nobody answers, `device` where the answers stay garbled. Each call of this driver is one question, which
+  /// has its time by itself; where one asks several, make RetryPolicy::call_ends() at its beginning, and hand
+  /// it to with_retries().
   template <typename Read>
   [[nodiscard]] auto ask(std::string_view text, Read&& read) -> decltype(read(std::string())) {
     return line_.use([&](SerialLine& line) {

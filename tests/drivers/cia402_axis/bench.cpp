@@ -29,6 +29,11 @@ class CanWire final : public conformance::Wire {
     station_.unplug(false);
     return true;
   }
+  bool thin_out(int answers) override {
+    hub_.heal();
+    hub_.spoil(CanHub::Fault::drop_two_of_three, kAnswers, answers);
+    return true;
+  }
   bool spoil(conformance::Spoil how, int answers) override {
     switch (how) {
       case conformance::Spoil::missing:

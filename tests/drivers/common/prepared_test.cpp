@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <thread>
 
 #include "tests/drivers/common/set_clock.h"
 
@@ -17,17 +18,27 @@ struct World {
   bool deaf = false;  // and nobody answers
   int shares = 3;     // calls that setting up takes
   int shouted = 0;
+  int calls = 0;
+  Deadline call_ends{};
+  std::chrono::milliseconds share{0};  // how long one takes
 };
+
+constexpr RetryPolicy kPolicy{3, std::chrono::milliseconds(50), std::chrono::milliseconds(200)};
 
 class Device {
  public:
   explicit Device(World& world) : world_(world), left_(world.shares) {}
   Result<bool> set_up() {
     if (world_.deaf) return fail(ErrorCode::lost, "no answer");
+    std::this_thread::sleep_for(world_.share);
     if (left_ > 0) --left_;
     return is_set_up();
   }
   [[nodiscard]] bool is_set_up() const { return left_ == 0; }
+  void begin_call(Deadline ends) {
+    world_.call_ends = ends;
+    ++world_.calls;
+  }
   Result<int> value() {
     if (world_.deaf) return fail(ErrorCode::lost, "no answer");
     return 7;
@@ -60,7 +71,7 @@ class PreparedTest : public ::testing::Test {
                                if (!world_.line) return fail(ErrorCode::lost, "not plugged in");
                                return std::make_unique<Device>(world_);
                              },
-                             clock_, "/dev/x", [this] { ++back_; }};
+                             clock_, kPolicy, "/dev/x", [this] { ++back_; }};
 };
 
 TEST_F(PreparedTest, IsLostUntilItIsSetUp) {
@@ -118,6 +129,29 @@ TEST_F(PreparedTest, AStopIsShoutedBeforeItIsSetUp) {
   ASSERT_TRUE(prepared_.wait(std::chrono::milliseconds(0)).has_value());
   EXPECT_TRUE(stop().has_value());
   EXPECT_EQ(world_.shouted, 1);
+}
+
+TEST_F(PreparedTest, EachCallKnowsWhenItHasToBeOver) {
+  ASSERT_TRUE(prepared_.wait(std::chrono::milliseconds(0)).has_value());
+  const auto began = std::chrono::steady_clock::now();
+  const int before = world_.calls;
+  EXPECT_EQ(*value(), 7);
+  EXPECT_EQ(world_.calls, before + 1);
+  EXPECT_GE(world_.call_ends, began + kPolicy.call);
+  EXPECT_LE(world_.call_ends, std::chrono::steady_clock::now() + kPolicy.call);
+  world_.call_ends = {};
+  EXPECT_TRUE(stop().has_value());
+  EXPECT_GE(world_.call_ends, began + kPolicy.call);
+}
+
+TEST_F(PreparedTest, ACallThatSettingUpHasUsedUpDoesNothingElse) {
+  world_.shares = 1;
+  world_.share = std::chrono::milliseconds(180);
+  const auto early = value();
+  ASSERT_FALSE(early.has_value());
+  EXPECT_EQ(early.error().code, ErrorCode::lost);
+  // It is set up all the same, and stays so.
+  EXPECT_EQ(*value(), 7);
 }
 
 }  // namespace

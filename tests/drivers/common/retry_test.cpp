@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <thread>
 #include <vector>
 
 namespace rig::drivers {
@@ -66,6 +67,56 @@ TEST(Retries, OneAttemptIsNotCalledSeveral) {
   ASSERT_FALSE(answer.has_value());
   EXPECT_EQ(answer.error().code, ErrorCode::lost);
   EXPECT_EQ(answer.error().what, "no luck");
+}
+
+using std::chrono::milliseconds;
+using Steady = std::chrono::steady_clock;
+
+TEST(CallsTime, EachAttemptIsToldByWhenItsAnswerHasToBeThere) {
+  const RetryPolicy policy{3, milliseconds(100), milliseconds(1000)};
+  const auto began = Steady::now();
+  const Deadline ends = began + milliseconds(180);
+  std::vector<Deadline> told;
+  const auto answer = with_retries(policy, ends, "/dev/x", [&](Deadline answer_by) -> Result<int> {
+    told.push_back(answer_by);
+    std::this_thread::sleep_until(answer_by);
+    return fail(ErrorCode::timeout, "no luck", "/dev/x");
+  });
+  ASSERT_FALSE(answer.has_value());
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_GE(told[0], began + milliseconds(100));
+  EXPECT_LT(told[0], ends);
+  EXPECT_EQ(told[1], ends);
+  EXPECT_EQ(answer.error().code, ErrorCode::lost);
+  EXPECT_THAT(answer.error().what, HasSubstr("no luck; the call's time is over"));
+}
+
+TEST(CallsTime, ACallThatIsOverAsksNothing) {
+  const RetryPolicy policy{3, milliseconds(100), milliseconds(1000)};
+  int asked = 0;
+  const auto attempt = [&](Deadline) -> Result<int> { return ++asked; };
+  for (const milliseconds left : {milliseconds(-5), milliseconds(0), milliseconds(20)}) {
+    const auto answer = with_retries(policy, Steady::now() + left, "/dev/x", attempt);
+    ASSERT_FALSE(answer.has_value());
+    EXPECT_EQ(answer.error().code, ErrorCode::lost);
+    EXPECT_EQ(answer.error().where, "/dev/x");
+    EXPECT_THAT(answer.error().hint, HasSubstr("call_ms"));
+  }
+  EXPECT_EQ(asked, 0);
+  // A stop is sent all the same.
+  EXPECT_TRUE(with_retries(policy, policy.stop_ends(Steady::now() - milliseconds(5)), "/dev/x", attempt));
+  EXPECT_EQ(asked, 1);
+}
+
+TEST(CallsTime, AGarbledAnswerOfACallThatIsOverIsLost) {
+  const RetryPolicy policy{3, milliseconds(40), milliseconds(1000)};
+  const Deadline ends = Steady::now() + milliseconds(45);
+  const auto answer = with_retries(policy, ends, "/dev/x", [&](Deadline answer_by) -> Result<int> {
+    std::this_thread::sleep_until(answer_by);
+    return fail(ErrorCode::damaged, "noise", "/dev/x");
+  });
+  ASSERT_FALSE(answer.has_value());
+  EXPECT_EQ(answer.error().code, ErrorCode::lost);
 }
 
 }  // namespace

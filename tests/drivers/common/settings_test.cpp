@@ -83,10 +83,20 @@ TEST(RetrySettings, AreReadWithinTheirBounds) {
   const RetryPolicy usual = read_retry_policy(parse(""));
   EXPECT_EQ(usual.attempts, 3);
   EXPECT_EQ(usual.answer.count(), 200);
+  EXPECT_EQ(usual.call.count(), 800);
   const ConfigTable wrong = parse("attempts = 0\nanswer_ms = 0\n");
   (void)read_retry_policy(wrong);
   EXPECT_THAT(mistakes(wrong), HasSubstr("attempts"));
   EXPECT_THAT(mistakes(wrong), HasSubstr("answer_ms"));
+}
+
+TEST(RetrySettings, ACallHasTimeForOneQuestion) {
+  EXPECT_EQ(read_retry_policy(parse("call_ms = 600\n")).call.count(), 600);
+  for (const char* text : {"call_ms = 599\n", "answer_ms = 300\n", "attempts = 5\n"}) {
+    const ConfigTable table = parse(text);
+    (void)read_retry_policy(table);
+    EXPECT_THAT(mistakes(table), HasSubstr("call_ms")) << text;
+  }
 }
 
 TEST(SerialSettings, AreReadOverTheUsualOnes) {

@@ -46,6 +46,8 @@ class FakeAxis final : public Axis {
     if (!ramp) return pass(ramp);
     const auto now = state();
     if (!now) return pass(now);
+    for (int i = 0; flaw_ == Flaw::no_calls_deadline && i < 8; ++i)
+      (void)line_.ask({kAxisRead}, FakeDrive::kReadValues);
     if (now->moving && flaw_ == Flaw::swallows_new_target) return {};
     if (!now->homed && now->moving) {
       if (flaw_ == Flaw::move_lost_in_homing) return {};

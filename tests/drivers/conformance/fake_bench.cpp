@@ -30,6 +30,7 @@ class WatchedWire final : public Wire {
   }
   bool restore() override { return wire_.restore(); }
   bool spoil(Spoil how, int answers) override { return wire_.spoil(how, answers); }
+  bool thin_out(int answers) override { return wire_.thin_out(answers); }
 
  private:
   FakeWire& wire_;

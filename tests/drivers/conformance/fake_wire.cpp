@@ -24,12 +24,18 @@ bool FakeWire::spoil(Spoil how, int answers) {
   return true;
 }
 
+bool FakeWire::thin_out(int answers) {
+  thinned_ = answers;
+  return true;
+}
+
 void FakeWire::send(const Words& request) {
   if (cut_ || !device_) return;
   // Longer than the driver waits for one answer, and shorter than for two.
   constexpr auto kLate = std::chrono::milliseconds(150);
   const base::Time now = clock_.now();
   OnItsWay answer{now, device_(request)};
+  if (thinned_ > 0 && --thinned_ % 3 != 0) return;
   if (spoilt_ > 0) {
     --spoilt_;
     if (how_ == Spoil::missing) return;

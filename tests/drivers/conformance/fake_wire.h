@@ -22,6 +22,7 @@ class FakeWire final : public Wire {
   bool cut() override;
   bool restore() override;
   bool spoil(Spoil how, int answers) override;
+  bool thin_out(int answers) override;
 
   /// Who answers at the other end.
   void connect(std::function<Words(const Words&)> device) { device_ = std::move(device); }
@@ -37,7 +38,7 @@ class FakeWire final : public Wire {
   std::function<Words(const Words&)> device_;
   bool cut_ = false;
   Spoil how_ = Spoil::missing;
-  int spoilt_ = 0;
+  int spoilt_ = 0, thinned_ = 0;
   struct OnItsWay {
     base::Time arrives;
     Words words;

@@ -80,6 +80,8 @@ const std::vector<Wrong>& wrong_modules() {
       {Flaw::hides_fault, "axis: a fault of the drive"},
       {Flaw::fault_acknowledged_away, "axis: a fault of the drive"},
       {Flaw::makes_up_state, "axis: missing answers"},
+      {Flaw::no_calls_deadline, "axis: most answers missing"},
+      {Flaw::loses_stop, "axis: most answers missing"},
       {Flaw::believes_garbage, "axis: garbled answers"},
       {Flaw::reads_old_answers, "axis: late answers"},
       {Flaw::reads_old_answers, "axis: doubled answers"},

@@ -27,6 +27,10 @@ class TurnerWire final : public conformance::Wire {
     turner_.restore();
     return true;
   }
+  bool thin_out(int answers) override {
+    turner_.spoil(Turner::Answers::two_of_three, answers);
+    return true;
+  }
   bool spoil(Spoil how, int answers) override {
     switch (how) {
       case Spoil::missing:

@@ -59,6 +59,7 @@ void Turner::take_in(const std::string& bytes) {
     if (spoilt_ > 0) {
       --spoilt_;
       if (how_ == Answers::missing) continue;
+      if (how_ == Answers::two_of_three && spoilt_ % 3 != 0) continue;
       if (how_ == Answers::garbage) coming.bytes = "0Q 77\x80 3f*\n";
       if (how_ == Answers::late) coming.at += kLate;
       if (how_ == Answers::doubled) coming.bytes += line;

@@ -26,7 +26,7 @@ class Turner {
   Turner& operator=(const Turner&) = delete;
 
   /// How answers are spoilt on their way, and how many of the next.
-  enum class Answers { right, missing, garbage, late, doubled };
+  enum class Answers { right, missing, garbage, late, doubled, two_of_three };
   void spoil(Answers how, int count);
   void cut() { pty_.cut(); }
   void restore() { pty_.restore(); }

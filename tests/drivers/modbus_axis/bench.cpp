@@ -40,6 +40,10 @@ class LineWire final : public conformance::Wire {
                 answers);
     return true;
   }
+  bool thin_out(int answers) override {
+    line_.spoil(ModbusLine::Spoil::two_of_three, answers);
+    return true;
+  }
 
  private:
   ModbusLine& line_;

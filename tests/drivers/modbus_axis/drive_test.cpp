@@ -398,15 +398,95 @@ TEST_F(Oriental, AnAlarmIsResetByAnEdge) {
   EXPECT_TRUE(state_of(axis()).fault.empty());
 }
 
-TEST_F(Oriental, CvdReadsTheCommandedPosition) {
-  // The drive of the tests has no parameters for homing: that of these settings is the profile's own
-  // business.
-  open_one("oriental_cvd");
+class OrientalCvd : public OnALine {
+ protected:
+  void open_one(const std::string& more = "") {
+    open({{4, &drive_}}, "profile = \"oriental_cvd\"\n" + axis_settings("pan", 4, more));
+  }
+  OrientalDrive drive_{{3000, {-20000, 20000}, milliseconds(0), false, true}};
+};
+
+TEST_F(OrientalCvd, ReadsTheCommandedPosition) {
+  open_one();
   const AxisState state = state_of(axis());
   EXPECT_TRUE(state.enabled);
   EXPECT_FALSE(state.homed);
   EXPECT_FALSE(state.temperature_c.has_value());
   EXPECT_FALSE(axis().capabilities().keeps_position_unpowered);
+  // There is no other in a drive without an encoder.
+  open_one("[axis.pan.drive]\nreadback = 0x00CC\n");
+  const auto wrong = axis().state();
+  ASSERT_FALSE(wrong.has_value());
+  EXPECT_THAT(wrong.error().text(), HasSubstr("Illegal data address"));
+}
+
+TEST_F(OrientalCvd, HomesAndMoves) {
+  open_one();
+  EXPECT_EQ(axis().move_to(0, kVelocity, kAcceleration).error().code, ErrorCode::refused);
+  make_ready();
+  EXPECT_THAT(registers(drive_, 0x02C0, 4), ElementsAre(0, 1, 0, 1));
+  EXPECT_NEAR(state_of(axis()).position_rad, 0, 1e-9);
+  done(axis().move_to(radians(-10), radians(60), radians(300)), "move");
+  EXPECT_THAT(registers(drive_, 0x0058, 18),
+              ElementsAre(0, 0, 0, 1, 0xFFFF, 0xD8F0, 0, 60000, 4, 0x93E0, 4, 0x93E0, 0, 1000, 0, 1, 0, 0));
+  EXPECT_TRUE(state_of(axis()).moving);
+  EXPECT_NEAR(at_rest(axis()).position_rad, radians(-10), 1e-9);
+  EXPECT_NEAR(drive_.position(), -10000, 0.5);
+}
+
+TEST_F(OrientalCvd, IsToldWhichWayHomeIs) {
+  open_one("[axis.pan.drive]\nhome_direction = 0\n");
+  done(axis().enable(true), "enable");
+  done(axis().home(), "home");
+  // The sensor is above: it goes down to the end first.
+  double lowest = 0;
+  AxisState state;
+  for (int i = 0; i < 1000 && !state.homed; ++i) {
+    lowest = std::min(lowest, drive_.position());
+    state = state_of(axis());
+    std::this_thread::sleep_for(milliseconds(5));
+  }
+  EXPECT_TRUE(state.homed);
+  EXPECT_LT(lowest, -15000);
+  EXPECT_NEAR(at_rest(axis()).position_rad, 0, 1e-9);
+}
+
+TEST_F(OrientalCvd, AHomingThatItCannotDoIsAnAlarm) {
+  open_one("[axis.pan.drive]\nhome_type = 7\n");
+  done(axis().enable(true), "enable");
+  done(axis().home(), "home");
+  const AxisState state = at_rest(axis());
+  EXPECT_FALSE(state.homed);
+  EXPECT_THAT(state.fault, HasSubstr("0x70"));
+}
+
+TEST_F(OrientalCvd, StopsInAMoveAndInASearchForHome) {
+  open_one();
+  make_ready();
+  done(axis().move_to(radians(-20), radians(60), radians(300)), "move");
+  std::this_thread::sleep_for(milliseconds(100));
+  done(axis().stop(), "stop");
+  EXPECT_EQ(drive_.stops_seen(), 1);
+  const AxisState stopped = at_rest(axis());
+  EXPECT_GT(stopped.position_rad, radians(-19));
+  EXPECT_NEAR(stopped.position_rad, radians(drive_.position() / 1000), radians(0.001));
+  EXPECT_TRUE(stopped.homed);
+  done(axis().home(), "home");
+  std::this_thread::sleep_for(milliseconds(30));
+  done(axis().stop(), "stop");
+  EXPECT_EQ(drive_.stops_seen(), 2);
+  EXPECT_FALSE(at_rest(axis()).homed);
+  EXPECT_FALSE(drive_.homed());
+  make_ready();
+}
+
+TEST_F(OrientalCvd, AfterAPowerCycleItHasToBeHomed) {
+  open_one();
+  make_ready();
+  drive_.power_cycle();
+  EXPECT_FALSE(state_of(axis()).homed);
+  EXPECT_EQ(axis().move_to(0, kVelocity, kAcceleration).error().code, ErrorCode::refused);
+  make_ready();
 }
 
 }  // namespace

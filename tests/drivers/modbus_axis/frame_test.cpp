@@ -1,7 +1,6 @@
 // The slaves of the tests speak the protocol as its makers print it; and so does the driver, byte for byte.
 // The frames are those of the manuals of Leadshine's iEM-RS and CS2RS drives.
 #include <array>
-#include <atomic>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <future>
@@ -17,6 +16,7 @@
 #include "sim/wire/modbus_line.h"
 #include "sim/wire/pty.h"
 #include "tests/core/temporary_folder.h"
+#include "tests/drivers/babble.h"
 
 namespace rig::drivers::modbus {
 namespace {
@@ -161,18 +161,33 @@ TEST_F(RawLine, WhatCameUncalledForIsDropped) {
 
 TEST_F(RawLine, ALineThatIsNeverSilentIsAnError) {
   const auto wire = open();
-  std::atomic<bool> ends = false;
-  std::thread babble([&] {
-    while (!ends) {
-      pty_.write("x");
-      std::this_thread::sleep_for(std::chrono::microseconds(200));
-    }
-  });
+  const test::Babble babble(pty_);
   const auto words = wire->read(1, {Table::holding, 0x0001, 1});
-  ends = true;
-  babble.join();
   ASSERT_FALSE(words.has_value());
   EXPECT_EQ(words.error().code, ErrorCode::damaged);
+}
+
+TEST_F(RawLine, AStopIsSentIntoTheNoise) {
+  const auto wire = open();
+  const test::Babble babble(pty_);
+  const auto began = std::chrono::steady_clock::now();
+  auto done = std::async(std::launch::async, [&] {
+    return wire->write_at_once(1, {0x1801, {0x2211}}, true);
+  });
+  EXPECT_EQ(sent(8), kFrames[2]);
+  EXPECT_LT(std::chrono::steady_clock::now() - began, milliseconds(250));
+  // Whether it arrived is not known.
+  EXPECT_FALSE(done.get().has_value());
+}
+
+TEST_F(RawLine, ACallThatIsOverSendsNothingButAStop) {
+  const auto wire = open();
+  const Deadline over = std::chrono::steady_clock::now();
+  EXPECT_FALSE(wire->read(1, {Table::holding, 0x0001, 1}, over).has_value());
+  EXPECT_FALSE(wire->write(1, {0x1801, {0x2211}}, true, over).has_value());
+  EXPECT_EQ(pty_.read(milliseconds(20)), "");
+  EXPECT_FALSE(wire->write_at_once(1, {0x1801, {0x2211}}, true, over).has_value());
+  EXPECT_EQ(sent(8), kFrames[2]);
 }
 
 TEST_F(RawLine, IsOneProgramsAlone) {

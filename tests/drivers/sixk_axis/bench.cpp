@@ -74,6 +74,10 @@ class Line final : public conformance::Wire {
     controller_.restore();
     return true;
   }
+  bool thin_out(int answers) override {
+    controller_.spoil(Answers::Spoil::two_of_three, answers);
+    return true;
+  }
   bool spoil(conformance::Spoil how, int answers) override {
     switch (how) {
       case conformance::Spoil::missing:

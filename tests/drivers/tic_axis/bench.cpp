@@ -40,6 +40,10 @@ class SocketWire final : public TicWire {
     socket_.spoil(as_socket(how), answers);
     return true;
   }
+  bool thin_out(int answers) override {
+    socket_.spoil(ControlSocket::Spoil::two_of_three, answers);
+    return true;
+  }
 
  private:
   static ControlSocket::Spoil as_socket(conformance::Spoil how) {
