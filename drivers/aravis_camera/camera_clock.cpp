@@ -41,13 +41,23 @@ base::Result<void> CameraClock::latch() {
   auto done = attempt("to latch its clock",
                       [&](GError** e) { arv_device_execute_command(device_, command_.c_str(), e); });
   if (!done) return done;
-  const base::Time after = clock_.now();
   Failed failed;
   const gint64 counts = arv_device_get_integer_feature_value(device_, value_.c_str(), failed.slot());
   if (failed) return tl::unexpected<base::Error>(failed.as_error("to read its clock"));
   const auto camera = static_cast<base::Duration::rep>(nanoseconds(static_cast<std::uint64_t>(counts)));
-  offset_ = (before + (after - before) / 2).time_since_epoch() - base::Duration(camera);
+  // Whatever was read was so at some time between the two: not every camera holds what it latched.
+  const base::Duration half = (clock_.now() - before) / 2;
+  // One that took long, as of a camera that is busy, tells less than what was known.
+  if (offset_ && half > error()) return {};
+  latched_ = before + half;
+  error_ = half;
+  offset_ = latched_.time_since_epoch() - base::Duration(camera);
   return {};
+}
+
+base::Duration CameraClock::error() const {
+  constexpr int kDriftShare = 10'000;  // of two quartzes, generously
+  return error_ + (clock_.now() - latched_) / kDriftShare;
 }
 
 std::optional<base::Time> CameraClock::time_of(std::uint64_t camera_ns) const {

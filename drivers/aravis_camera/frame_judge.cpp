@@ -11,6 +11,9 @@ namespace {
 // farther off.
 constexpr double kExposureShare = 0.02;
 constexpr double kExposureStep_s = 50e-6;
+// What was exposed for an earlier trigger is not older. A camera that is further off counts its frames' time
+// by another clock than the one that it latches.
+constexpr double kOldest_s = 60;
 constexpr std::uint64_t kLastShortId = 65535;
 
 Judgement bad(std::string why) {
@@ -25,6 +28,11 @@ bool is_same_exposure(double set_s, double did_s) {
   return std::abs(set_s - did_s) <= std::max(kExposureShare * set_s, std::min(kExposureStep_s, set_s / 4));
 }
 
+bool began_before(const BufferFacts& facts, double clock_error_s) {
+  return facts.before_trigger_s && *facts.before_trigger_s > clock_error_s &&
+         *facts.before_trigger_s <= kOldest_s;
+}
+
 }  // namespace
 
 bool follows(std::uint64_t last, std::uint64_t id) {
@@ -34,6 +42,7 @@ bool follows(std::uint64_t last, std::uint64_t id) {
 Judgement judge(const Expected& expected, const BufferFacts& facts) {
   if (!facts.damage.empty()) return spoilt("the frame is damaged: " + facts.damage);
   if (expected.not_before_ns && facts.taken_ns < *expected.not_before_ns) return {Verdict::old, {}};
+  if (began_before(facts, expected.clock_error_s)) return {Verdict::old, {}};
   if (!facts.is_image) return bad("the camera sent something that is no image");
   if (facts.format != expected.format) {
     return bad(

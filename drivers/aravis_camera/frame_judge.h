@@ -19,6 +19,9 @@ struct BufferFacts {
   std::size_t bytes = 0;                            ///< received
   std::int64_t taken_ns = 0;                        ///< by the wall clock of this machine
   std::optional<double> exposure_s = std::nullopt;  ///< where the frame itself says it
+  /// From its beginning, by the camera's own time, to its trigger; below 0: it began after that. Nothing
+  /// where the camera's clock is not known.
+  std::optional<double> before_trigger_s = std::nullopt;
 };
 
 struct Expected {
@@ -31,6 +34,7 @@ struct Expected {
   std::optional<std::uint64_t> last_id = std::nullopt;
   /// For a camera that runs free: frames taken before this are of an older setting.
   std::optional<std::int64_t> not_before_ns = std::nullopt;
+  double clock_error_s = 0;  ///< of before_trigger_s
 };
 
 enum class Verdict {

@@ -29,7 +29,8 @@ constexpr milliseconds kReadyWithin{500};
 // Aravis asks each second, and again for 5 s; a single answer takes up to 2.5 s not to come. What still says
 // after this that it controls the camera has an answer, and nothing to tell.
 constexpr std::chrono::seconds kHeartbeatEnds{10};
-// How far the camera's own time of a frame may be before the trigger that began it: the error of a latch.
+// How far the camera's own time of a frame may be before the trigger that began it, beside the error of its
+// clock: what a camera stamps is not quite the beginning.
 constexpr base::Duration kClockError = milliseconds(50);
 
 // GigE Vision's register of who controls the camera: exclusively, or so that others may read.
@@ -232,7 +233,8 @@ Result<void> Session::drop_what_came() {
     unasked = unasked || arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS;
     stream_->give_back(buffer);
   }
-  if (!unasked || made_.runs_free || !settings_.count_frames || old_until_) return {};
+  // Before the first frame since it began anew there is none that it could have been mistaken for.
+  if (!unasked || made_.runs_free || !settings_.count_frames || !last_id_) return {};
   suspect_ = true;
   return fail(ErrorCode::device,
               "it took a frame that nobody asked for: the one before may be another exposure's", {},
@@ -313,12 +315,11 @@ Expected Session::expected() const {
   wanted.exposure_s = exposure_s_;
   if (settings_.count_frames && !made_.runs_free) wanted.last_id = last_id_;
   if (made_.runs_free) wanted.not_before_ns = triggered_ns_;
+  wanted.clock_error_s = base::to_seconds(kClockError + camera_clock_.error());
   return wanted;
 }
 
-// The camera's own time, where its clock is known; else as near as this side can tell.
-base::Time Session::started(ArvBuffer* buffer) const {
-  const base::Time now = clock_.now();
+std::optional<base::Time> Session::told_start(ArvBuffer* buffer) const {
   std::uint64_t stamp_ns = arv_buffer_get_timestamp(buffer);
   if (chunks_) {
     Failed failed;
@@ -326,7 +327,13 @@ base::Time Session::started(ArvBuffer* buffer) const {
         arv_chunk_parser_get_integer_value(chunks_.get(), buffer, "ChunkTimestamp", failed.slot());
     if (!failed) stamp_ns = camera_clock_.nanoseconds(static_cast<std::uint64_t>(counts));
   }
-  const auto told = camera_clock_.time_of(stamp_ns);
+  return camera_clock_.time_of(stamp_ns);
+}
+
+// The camera's own time, where that can be; else as near as this side can tell.
+base::Time Session::started(ArvBuffer* buffer) const {
+  const base::Time now = clock_.now();
+  const auto told = told_start(buffer);
   if (told && *told >= triggered_ - kClockError && *told <= now) return *told;
   if (!by_line_) return triggered_;
   const auto age = std::chrono::nanoseconds(g_get_real_time() * 1000 -
@@ -348,7 +355,9 @@ Result<std::optional<Taken>> Session::take(std::span<std::uint16_t> pixels) {
     return fail(ErrorCode::bad_input, "the buffer has not the size of a frame", settings_.called());
   }
   while (ArvBuffer* buffer = stream_->pop()) {
-    const BufferFacts facts = facts_of(buffer, chunks_.get());
+    BufferFacts facts = facts_of(buffer, chunks_.get());
+    if (const auto told = facts.is_image && facts.damage.empty() ? told_start(buffer) : std::nullopt)
+      facts.before_trigger_s = base::to_seconds(triggered_ - *told);
     const Judgement judgement = judge(expected(), facts);
     if (judgement.verdict == Verdict::old) {
       stream_->give_back(buffer);

@@ -75,6 +75,8 @@ class Session {
   [[nodiscard]] base::Result<void> drop_what_came();
   [[nodiscard]] base::Result<void> wait_until_ready();
   [[nodiscard]] Expected expected() const;
+  /// By the camera's own clock, where it is known.
+  [[nodiscard]] std::optional<base::Time> told_start(ArvBuffer* buffer) const;
   [[nodiscard]] base::Time started(ArvBuffer* buffer) const;
   [[nodiscard]] base::Result<std::optional<Taken>> refuse(base::ErrorCode code, const std::string& why);
 

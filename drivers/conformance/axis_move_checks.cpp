@@ -125,36 +125,41 @@ Outcome nonsense_is_refused(Bench& bench) {
   return {};
 }
 
-Outcome daemon_death(Bench& bench) {
+Outcome ended_in_a_move(Bench& bench, End end) {
+  const char* const opened = end == End::closed ? "opened again" : "opened after it was killed";
   AxisSession s(bench);
-  s.stand_at(0);
-  s.start(s.high());
-  s.wait_under_way(s.low(), 0.2 * (s.high() - s.low()));
-  s.close();
+  s.make_ready();
+  s.end_in_a_move(end, 0.2);
   // Whether the device ends its move without us or stops: it is at rest before the next opening.
-  s.wait_peer_stands(s.longest(s.high() - s.low()), "after the module was closed in the middle of a move");
-  s.require_stays(milliseconds(200), false, "with the module closed");
+  s.wait_peer_stands(s.longest(s.high() - s.low()), "after the module ended in the middle of a move");
+  s.require_stays(milliseconds(200), false, "with the module gone");
   const double stands = s.peer().position_rad();
-  s.open();
-  const AxisState found = s.state();
-  s.require_true_at_rest(found, "opened again");
-  s.require_stays(milliseconds(500), true, "opened again");
-  require(std::abs(s.peer().position_rad() - stands) <= s.step(), "opening moved the device from {} to {}",
-          deg(stands), deg(s.peer().position_rad()));
-  s.require_refusal_unless_homed("opened again");
+  s.open_after(end);
+  s.require_true_at_rest(s.state(), opened);
+  s.require_stays(milliseconds(500), true, opened);
+  require_always(std::abs(s.peer().position_rad() - stands) <= s.step(),
+                 "opening moved the device from {} to {}", deg(stands), deg(s.peer().position_rad()));
+  s.require_refusal_unless_homed(opened);
   s.make_ready();
   s.arrive(s.at(0.3));
   // Opened while it is still under way: it is said to move.
-  s.arrive(s.low());
-  s.start(s.high());
-  s.wait_under_way(s.low(), 0.1 * (s.high() - s.low()));
-  s.close();
-  s.open();
-  s.require_true(s.state(), "opened again in the middle of a move");
-  must(s.try_stop(), "stop after opening again");
+  s.end_in_a_move(end, 0.1);
+  s.open_after(end);
+  s.require_true(s.state(), fmt::format("{} in the middle of a move", opened));
+  must(s.try_stop(), fmt::format("stop {}", opened));
   s.wait_peer_stands(s.braking(), "after stop");
-  s.require_true_at_rest(s.wait_until_still(s.braking()), "stopped after opening again");
+  s.require_true_at_rest(s.wait_until_still(s.braking()), fmt::format("{} and stopped", opened));
+  s.make_ready();
+  s.arrive(s.at(0.3));
   return {};
+}
+
+Outcome closed_in_a_move(Bench& bench) {
+  return ended_in_a_move(bench, End::closed);
+}
+
+Outcome killed_in_a_move(Bench& bench) {
+  return ended_in_a_move(bench, End::killed);
 }
 
 Outcome power_cycle_while_away(Bench& bench) {
@@ -166,8 +171,8 @@ Outcome power_cycle_while_away(Bench& bench) {
     not_proven("this bench cannot cycle the device's power");
   }
   s.open();
-  require(!s.state().homed,
-          "state() says homed, and the device lost its reference while the module was closed");
+  require_always(!s.state().homed,
+                 "state() says homed, and the device lost its reference while the module was closed");
   s.require_refusal_unless_homed("opened after a power cycle");
   s.make_ready();
   s.arrive(s.at(0.7));
@@ -183,7 +188,8 @@ std::vector<Check> axis_move_checks() {
           {"axis: a command while homing", command_while_homing},
           {"axis: no move without power", disabled_drive},
           {"axis: moves that make no sense", nonsense_is_refused},
-          {"axis: after a daemon death", daemon_death},
+          {"axis: closed in a move and opened again", closed_in_a_move},
+          {"axis: killed in a move and opened again", killed_in_a_move},
           {"axis: a power cycle while away", power_cycle_while_away}};
 }
 

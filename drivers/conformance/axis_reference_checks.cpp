@@ -25,9 +25,9 @@ Outcome homing(Bench& bench) {
         require(now.fault.empty(), "while homing state() shows a fault: {}", now.fault);
         const bool claims = now.homed && !now.moving;
         // Asked after state(): what was over then is over now.
-        require(!claims || !s.peer().moving(),
-                "state() says homed and not moving while the device moves, at {}",
-                deg(s.peer().position_rad()));
+        require_always(!claims || !s.peer().moving(),
+                       "state() says homed and not moving while the device moves, at {}",
+                       deg(s.peer().position_rad()));
         return claims;
       },
       std::chrono::seconds(60));
@@ -50,7 +50,7 @@ Outcome refusal_before_homing(Bench& bench) {
     not_proven("this bench cannot make the device forget where it stands");
   }
   s.open();
-  require(!s.state().homed, "freshly powered up, and state() says homed");
+  require_always(!s.state().homed, "freshly powered up, and state() says homed");
   must(s.try_enable(true), "enable(true)");
   s.require_refusal_unless_homed("never homed");
   // Homed once, then its power fails for a moment while the driver looks on.
@@ -83,9 +83,9 @@ Outcome abort_of_homing(Bench& bench) {
       "stop() while homing returned, and no command to stop arrived on the wire");
   s.wait_peer_stands(s.braking(), "after stop() while homing");
   const AxisState end = s.wait_until_still(s.braking());
-  require(!end.homed, "homing was stopped half way, and state() says homed");
+  require_always(!end.homed, "homing was stopped half way, and state() says homed");
   s.require_stays(milliseconds(500), true, "homing stopped");
-  require(!s.state().homed, "homing was stopped half way, and state() says homed later on");
+  require_always(!s.state().homed, "homing was stopped half way, and state() says homed later on");
   s.require_refusal_unless_homed("homing stopped half way");
   s.make_ready();
   s.arrive(s.at(0.5));

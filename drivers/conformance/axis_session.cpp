@@ -136,14 +136,29 @@ void AxisSession::stand_at(double share) {
   arrive(at(share));
 }
 
+void AxisSession::end_in_a_move(End end, double share) {
+  const double gone = share * (high() - low());
+  if (end == End::killed) {
+    const auto victim =
+        opened_.start_victim(MoveTask{low(), high(), test_.velocity_rad_s, test_.acceleration_rad_s2});
+    wait_under_way(low(), gone);
+    victim->kill();
+    return;
+  }
+  arrive(low());
+  start(high());
+  wait_under_way(low(), gone);
+  close();
+}
+
 void AxisSession::follow_to(double target_rad) {
   const base::Duration within = longest(state().position_rad - target_rad);
   const AxisState end = wait_until_still(within);
   // Asked after state(): what said "stands" first must stand now as well.
   const bool moving = peer().moving();
   const double truth = peer().position_rad();
-  require(!moving, "state() says that the move to {} is over while the device is moving, at {}",
-          deg(target_rad), deg(truth));
+  require_always(!moving, "state() says that the move to {} is over while the device is moving, at {}",
+                 deg(target_rad), deg(truth));
   require(std::abs(end.position_rad - target_rad) <= step() + kLastBits_rad,
           "the move to {} ended at {} by state(): {} apart, a step is {}", deg(target_rad),
           deg(end.position_rad), deg(end.position_rad - target_rad), deg(step()));
@@ -182,13 +197,13 @@ void AxisSession::require_true(const AxisState& now, std::string_view when) {
 void AxisSession::require_true_at_rest(const AxisState& now, std::string_view when) {
   require(!now.moving, "{}: state() says moving, and the device stands at {}", when,
           deg(peer().position_rad()));
-  require(!peer().moving(), "{}: state() says not moving, and the device moves, at {}", when,
-          deg(peer().position_rad()));
+  require_always(!peer().moving(), "{}: state() says not moving, and the device moves, at {}", when,
+                 deg(peer().position_rad()));
   if (!now.homed) return;  // its position means nothing yet
   const double truth = peer().position_rad();
-  require(std::abs(now.position_rad - truth) <= step() + kLastBits_rad,
-          "{}: state() says homed and at {}, and the device stands at {}: {} apart, a step is {}", when,
-          deg(now.position_rad), deg(truth), deg(now.position_rad - truth), deg(step()));
+  require_always(std::abs(now.position_rad - truth) <= step() + kLastBits_rad,
+                 "{}: state() says homed and at {}, and the device stands at {}: {} apart, a step is {}",
+                 when, deg(now.position_rad), deg(truth), deg(now.position_rad - truth), deg(step()));
 }
 
 void AxisSession::require_slow_enough(double distance_rad, double velocity, double acceleration,
@@ -238,8 +253,8 @@ void AxisSession::require_stays(base::Duration how_long, bool asked, std::string
         return peer().moving() || std::abs(peer().position_rad() - from) > step() + kLastBits_rad;
       },
       how_long);
-  require(!left, "{}: the device moves by itself, from {} to {}", when, deg(from),
-          deg(peer().position_rad()));
+  require_always(!left, "{}: the device moves by itself, from {} to {}", when, deg(from),
+                 deg(peer().position_rad()));
 }
 
 void AxisSession::recover(std::string_view after) {
@@ -264,7 +279,7 @@ void AxisSession::require_refusal_unless_homed(std::string_view when) {
   const double target = std::abs(from - low()) > std::abs(from - high()) ? low() : high();
   const auto refused = [&](bool powered) {
     const auto moved = try_move(target);
-    require(!moved, "{}: not homed, and move_to was accepted", when);
+    require_always(!moved, "{}: not homed, and move_to was accepted", when);
     const ErrorCode code = moved.error().code;
     require(code == ErrorCode::refused || (!powered && code == ErrorCode::device),
             "{}: not homed, and move_to answered {} instead of refused", when, told(moved.error()));

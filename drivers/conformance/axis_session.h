@@ -29,6 +29,10 @@ class AxisSession {
 
   void close() { opened_.close(); }
   void open() { opened_.open(); }
+  void open_after(End end) { end == End::closed ? opened_.open() : opened_.open_after_kill(waiting_); }
+  /// The module ends when the device has gone so much of the way from low to high. It ends open to a move of
+  /// its own: nobody stops it.
+  void end_in_a_move(End end, double share);
 
   /// Energised, homed and at rest, asked for again where it is not.
   void make_ready();

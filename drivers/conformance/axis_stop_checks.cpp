@@ -23,6 +23,11 @@ Result<void> stop_on_the_wire(AxisSession& s, std::string_view when, bool spoilt
   const bool seen =
       already || s.waiting().until([&] { return s.peer().stops_seen() > before; }, bound, milliseconds(1));
   const base::Duration until_seen = watch.elapsed();
+  if (!seen) {
+    const bool late = s.waiting().until([&] { return s.peer().stops_seen() > before; }, kLostWithin);
+    require_always(late, "{}: stop() answered '{}', and no command to stop ever arrived on the wire", when,
+                   answer ? "done" : told(answer.error()));
+  }
   require(seen,
           "{}: stop() answered '{}', and {:.3f} s after the call no command to stop had arrived on the wire",
           when, answer ? "done" : told(answer.error()), base::to_seconds(until_seen));

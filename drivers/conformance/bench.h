@@ -12,6 +12,7 @@
 #include "core/base/clock.h"
 #include "core/base/result.h"
 #include "drivers/api/device.h"
+#include "drivers/conformance/task.h"
 
 namespace rig::drivers::conformance {
 
@@ -54,6 +55,8 @@ class AxisPeer {
   virtual bool set_limit(bool /*high*/, bool /*active*/) { return false; }
   /// The drive's own fault (overload, say), whose cause lasts until it is taken back.
   virtual bool set_fault(bool /*on*/) { return false; }
+  /// False: such a device reports no fault of its own, by its protocol.
+  [[nodiscard]] virtual bool reports_faults() { return true; }
   /// As after a power cycle: the device does not know where it stands.
   virtual bool forget_reference() { return false; }
 };
@@ -123,6 +126,17 @@ struct LinesUnderTest {
   std::chrono::milliseconds seen_within{500};  ///< an input's change
 };
 
+/// A module at work where it can be killed. Killed with this object at the latest.
+class Victim {
+ public:
+  Victim() = default;
+  Victim(const Victim&) = delete;
+  Victim& operator=(const Victim&) = delete;
+  virtual ~Victim() = default;
+  /// It runs nothing more, no destructor either. Returns when it is gone.
+  virtual void kill() = 0;
+};
+
 /// One module on its bench. The suite opens and closes the module as often as it likes, one opening at a
 /// time.
 class Bench {
@@ -133,13 +147,19 @@ class Bench {
   virtual ~Bench() = default;
 
   [[nodiscard]] virtual std::string name() const = 0;  ///< "ptu_axis"
-  /// The module's devices, freshly opened on the same device as before. What the module holds ends with them.
+  /// The module's devices, freshly opened on the same device as before (open_module() of
+  /// module_under_test.h). What the module holds ends with them.
   [[nodiscard]] virtual base::Result<std::vector<Device>> open() = 0;
   [[nodiscard]] virtual base::Clock& clock() = 0;
   /// The device is as after power-up: at rest in the middle, no faults, no limits, not referenced, the wire
   /// whole. Called before each check.
   virtual void reset() = 0;
   [[nodiscard]] virtual Wire& wire() = 0;
+  /// The module, not open here, doing a task in a process of its own (start_victim() of module_under_test.h).
+  /// nullptr where no device would outlive that process: it lives in the module.
+  [[nodiscard]] virtual base::Result<std::unique_ptr<Victim>> start_victim(const Task& /*task*/) {
+    return nullptr;
+  }
 
   [[nodiscard]] virtual std::optional<AxisUnderTest> axis() { return std::nullopt; }
   [[nodiscard]] virtual std::optional<CameraUnderTest> camera() { return std::nullopt; }

@@ -61,7 +61,8 @@ void require_lost(CameraSession& s, std::string_view when) {
   const bool lost = s.waiting().until(
       [&] {
         const auto frame = s.try_fetch(s.frame().pixels());
-        require(!frame || !frame->has_value(), "{}: a frame came from a camera that is unplugged", when);
+        require_always(!frame || !frame->has_value(), "{}: a frame came from a camera that is unplugged",
+                       when);
         if (!frame && frame.error().code == ErrorCode::lost) return true;
         const auto triggered = s.try_trigger(s.shortest_s());
         if (!triggered) last = told(triggered.error());
@@ -126,15 +127,54 @@ Outcome lost_while_exposing(Bench& bench) {
   return {};
 }
 
-Outcome daemon_death(Bench& bench) {
+// Ready after an opening, as rigd asks until it is.
+void arm_once_it_can(CameraSession& s, std::string_view when) {
+  base::Result<void> armed;
+  (void)s.waiting().until(
+      [&] {
+        armed = s.try_arm();
+        return armed.has_value();
+      },
+      kBackWithin, milliseconds(50));
+  must(armed, fmt::format("arm {}", when));
+}
+
+Outcome ended_while_exposing(Bench& bench, End end) {
+  const char* const opened = end == End::closed ? "opened again" : "opened after it was killed";
   CameraSession s(bench);
   s.arm();
   (void)s.take(s.shortest_s());
-  s.trigger(s.longest_s());
+  s.end_while_exposing(end, s.longest_s());
+  s.open_after(end);
+  s.require_none(s.longest_s(), fmt::format("{}, and nothing triggered", opened));
+  arm_once_it_can(s, opened);
+  (void)s.take(s.shortest_s());
+  (void)s.take(s.longest_s());
+  // And triggered at once: the frame is of that trigger.
+  s.end_while_exposing(end, s.longest_s());
+  s.open_after(end);
+  arm_once_it_can(s, opened);
+  (void)s.take(s.shortest_s());
+  (void)s.take(s.longest_s());
+  return {};
+}
+
+Outcome closed_while_exposing(Bench& bench) {
+  return ended_while_exposing(bench, End::closed);
+}
+
+Outcome killed_while_exposing(Bench& bench) {
+  return ended_while_exposing(bench, End::killed);
+}
+
+Outcome absent_at_opening(Bench& bench) {
+  CameraSession s(bench);
   s.close();
+  cut(s);
+  require_told_or_lost(bench);
+  require(s.wire().restore(), "the bench cannot plug in the camera that it unplugged");
   s.open();
-  s.require_none(s.longest_s(), "opened again, and nothing triggered");
-  must(s.try_arm(), "arm after opening again");
+  arm_once_it_can(s, "opened again with the camera back");
   (void)s.take(s.shortest_s());
   (void)s.take(s.longest_s());
   return {};
@@ -147,7 +187,9 @@ std::vector<Check> camera_fault_checks() {
           {"camera: missing frames are detected", missing_frames},
           {"camera: lost in the middle of a bracket and back", lost_in_a_bracket},
           {"camera: lost while exposing and back", lost_while_exposing},
-          {"camera: after a daemon death", daemon_death}};
+          {"camera: absent at opening", absent_at_opening},
+          {"camera: closed while exposing and opened again", closed_while_exposing},
+          {"camera: killed while exposing and opened again", killed_while_exposing}};
 }
 
 }  // namespace rig::drivers::conformance

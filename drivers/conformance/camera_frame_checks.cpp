@@ -110,7 +110,7 @@ Outcome none_from_before(Bench& bench) {
   s.waiting().pause(seconds(s.shortest_s()) + s.test().frame_within / 2);
   s.arm();
   const auto old = s.try_fetch(s.frame().pixels());
-  require(!old || !old->has_value(), "after arm() the frame of an older bracket was delivered");
+  require_always(!old || !old->has_value(), "after arm() the frame of an older bracket was delivered");
   (void)s.take(s.longest_s());
   return s.proven_by_pixels();
 }
@@ -129,7 +129,7 @@ Outcome trigger_while_exposing(Bench& bench) {
     s.require_own(info, s.longest_s(), triggered);
   }
   const auto more = s.try_fetch(s.frame().pixels());
-  require(!more || !more->has_value(), "a frame came that nobody triggered");
+  require_always(!more || !more->has_value(), "a frame came that nobody triggered");
   (void)s.take(s.shortest_s());
   return {};
 }
@@ -163,10 +163,11 @@ Outcome buffer_is_not_overrun(Bench& bench) {
     constexpr std::uint16_t kUntouched = 0x5A3C;
     std::fill(pixels.begin(), pixels.end(), kUntouched);
     const auto answer = s.try_fetch(pixels.first(s.size() - less));
-    require(!answer, "fetch into a buffer that is {} samples too small {}", less,
-            answer && answer->has_value() ? "delivered a frame" : "was no error");
-    require(std::all_of(pixels.begin(), pixels.end(), [](std::uint16_t word) { return word == kUntouched; }),
-            "fetch into a buffer that is {} samples too small wrote into it or beyond it", less);
+    require_always(!answer, "fetch into a buffer that is {} samples too small {}", less,
+                   answer && answer->has_value() ? "delivered a frame" : "was no error");
+    require_always(
+        std::all_of(pixels.begin(), pixels.end(), [](std::uint16_t word) { return word == kUntouched; }),
+        "fetch into a buffer that is {} samples too small wrote into it or beyond it", less);
   }
   must(s.try_abort(), "abort");
   s.arm();

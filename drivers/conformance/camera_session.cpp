@@ -68,13 +68,23 @@ Result<void> CameraSession::try_trigger(double exposure_s) {
 
 Result<std::optional<FrameInfo>> CameraSession::try_fetch(std::span<std::uint16_t> pixels) {
   auto answer = timed(clock(), kFrameCall, "fetch", [&] { return camera().fetch(pixels); });
-  require(frame_.touched() == 0, "fetch wrote {} words outside the buffer that it was given",
-          frame_.touched());
+  require_always(frame_.touched() == 0, "fetch wrote {} words outside the buffer that it was given",
+                 frame_.touched());
   return answer;
 }
 
 Result<void> CameraSession::try_abort() {
   return timed(clock(), kCameraCall, "abort", [&] { return camera().abort(); });
+}
+
+void CameraSession::end_while_exposing(End end, double exposure_s) {
+  if (end == End::killed) {
+    opened_.start_victim(ExposeTask{exposure_s, test_.gain})->kill();
+    return;
+  }
+  arm();
+  trigger(exposure_s);
+  close();
 }
 
 FrameInfo CameraSession::wait_for_frame(double exposure_s) {
@@ -101,8 +111,8 @@ FrameInfo CameraSession::take(double exposure_s) {
 void CameraSession::require_own(const FrameInfo& info, double exposure_s, base::Time triggered) {
   // A camera stamps by its own clock, which follows ours no closer than this.
   constexpr base::Duration kStampRoom = std::chrono::milliseconds(50);
-  require(std::abs(info.exposure_s - exposure_s) <= test_.tolerance * exposure_s,
-          "asked for {} s, the frame says {} s", exposure_s, info.exposure_s);
+  require_always(std::abs(info.exposure_s - exposure_s) <= test_.tolerance * exposure_s,
+                 "asked for {} s, the frame says {} s", exposure_s, info.exposure_s);
   require(info.gain > 0 && std::isfinite(info.gain), "the frame says that its gain is {}", info.gain);
   require(info.started >= triggered - kStampRoom, "the frame began {:.3f} s before it was triggered",
           base::to_seconds(triggered - info.started));
@@ -111,9 +121,9 @@ void CameraSession::require_own(const FrameInfo& info, double exposure_s, base::
   const auto proven = peer().exposure_in(frame_.pixels());
   if (!proven) return;
   pixels_told_ = true;
-  require(std::abs(*proven - exposure_s) <= test_.tolerance * exposure_s,
-          "asked for {} s, the frame says {} s, and its pixels were exposed for {} s", exposure_s,
-          info.exposure_s, *proven);
+  require_always(std::abs(*proven - exposure_s) <= test_.tolerance * exposure_s,
+                 "asked for {} s, the frame says {} s, and its pixels were exposed for {} s", exposure_s,
+                 info.exposure_s, *proven);
 }
 
 std::optional<base::Error> CameraSession::require_none(double exposure_s, std::string_view when) {
@@ -125,7 +135,7 @@ std::optional<base::Error> CameraSession::require_none(double exposure_s, std::s
         return answer && answer->has_value();
       },
       seconds(exposure_s) + test_.frame_within);
-  require(!came, "{}: a frame was delivered", when);
+  require_always(!came, "{}: a frame was delivered", when);
   return first;
 }
 

@@ -46,6 +46,9 @@ class CameraSession {
 
   void close() { opened_.close(); }
   void open() { opened_.open(); }
+  void open_after(End end) { end == End::closed ? opened_.open() : opened_.open_after_kill(waiting_); }
+  /// The module ends right after it triggered this.
+  void end_while_exposing(End end, double exposure_s);
 
   /// The calls, each within its bound; the answer is the caller's to judge.
   [[nodiscard]] Result<void> try_arm();

@@ -17,6 +17,17 @@ template <typename... Args>
   throw CheckEnded{{Verdict::failed, fmt::format(format, std::forward<Args>(args)...)}};
 }
 
+/// As fail_check and require, for what must never be: no busy machine excuses it, and no further try takes it
+/// back.
+template <typename... Args>
+[[noreturn]] void fail_for_good(fmt::format_string<Args...> format, Args&&... args) {
+  throw CheckEnded{{Verdict::failed, fmt::format(format, std::forward<Args>(args)...), true}};
+}
+template <typename... Args>
+void require_always(bool met, fmt::format_string<Args...> format, Args&&... args) {
+  if (!met) fail_for_good(format, std::forward<Args>(args)...);
+}
+
 template <typename... Args>
 [[noreturn]] void not_proven(fmt::format_string<Args...> format, Args&&... args) {
   throw CheckEnded{{Verdict::not_proven, fmt::format(format, std::forward<Args>(args)...)}};

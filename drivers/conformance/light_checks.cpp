@@ -148,22 +148,55 @@ Outcome shutter(Bench& bench) {
   return {};
 }
 
-Outcome daemon_death(Bench& bench) {
+Outcome ended_while_it_shines(Bench& bench, End end) {
+  const char* const opened = end == End::closed ? "opened again" : "opened after it was killed";
   LightSession s(bench);
   for (const double before : {1.0, s.dim(), 0.0}) {
-    s.open_shutter();
-    s.set_level(before);
-    s.require_shines(before, "before the module was closed");
-    s.opened.close();
+    if (end == End::closed) {
+      s.open_shutter();
+      s.set_level(before);
+      s.require_shines(before, "before the module was closed");
+      s.opened.close();
+    } else {
+      const auto victim = s.opened.start_victim(ShineTask{before});
+      const bool so =
+          s.waiting.until([&] { return std::abs(s.shines() - before) <= kLevelRoom; }, kShownWithin);
+      require(so, "before the module was killed: {} of the full level has to shine, and {} does", before,
+              s.shines());
+      victim->kill();
+    }
     s.waiting.pause(milliseconds(200));
-    s.opened.open();
-    s.require_true("opened again");
+    end == End::closed ? s.opened.open() : s.opened.open_after_kill(s.waiting);
+    s.require_true(opened);
     s.waiting.pause(milliseconds(300));
-    s.require_true("a while after opening again");
+    s.require_true(fmt::format("a while later, {}", opened));
   }
   s.open_shutter();
   s.set_level(1);
-  s.require_shines(1, "set after opening again");
+  s.require_shines(1, fmt::format("set, {}", opened));
+  return {};
+}
+
+Outcome closed_while_it_shines(Bench& bench) {
+  return ended_while_it_shines(bench, End::closed);
+}
+
+Outcome killed_while_it_shines(Bench& bench) {
+  return ended_while_it_shines(bench, End::killed);
+}
+
+Outcome absent_at_opening(Bench& bench) {
+  LightSession s(bench);
+  s.opened.close();
+  if (!s.wire().cut()) not_proven("this bench cannot cut the wire");
+  require_told_or_lost(bench);
+  require(s.wire().restore(), "the bench cannot restore the wire that it cut");
+  s.opened.open();
+  s.recover("opened again with the device back");
+  s.require_true("opened again with the device back");
+  s.open_shutter();
+  s.set_level(1);
+  s.require_shines(1, "set with the device back");
   return {};
 }
 
@@ -184,9 +217,11 @@ void a_few(LightSession& s, Spoil how, const char* name) {
       s.recover(when);
       s.require_true(when);
     }
+    s.open_shutter();
     level = level > 0.5 ? s.dim() : 1;
     s.set_level(level);
     (void)s.wire().spoil(how, answers);
+    bool lost = false;
     for (int i = 0; i < 5; ++i) {
       const auto now = s.try_state();
       if (now) {
@@ -196,10 +231,13 @@ void a_few(LightSession& s, Spoil how, const char* name) {
       } else {
         require(now.error().code == ErrorCode::lost || now.error().code == ErrorCode::device,
                 "{}: state() answered {}; an error of the wire is lost or device", when, told(now.error()));
+        lost = lost || now.error().code == ErrorCode::lost;
       }
     }
     s.recover(when);
-    s.require_shines(level, when);
+    // One that was lost may be as it is at its start.
+    lost ? s.require_true(when) : s.require_shines(level, when);
+    s.open_shutter();
   }
 }
 
@@ -216,6 +254,7 @@ Outcome spoilt_answers(Bench& bench) {
       continue;
     }
     s.recover(fmt::format("after one {} answer", name));
+    s.open_shutter();
     a_few(s, how, name);
     ++shown;
   }
@@ -259,9 +298,11 @@ Outcome lost_and_back(Bench& bench) {
 std::vector<Check> light_checks() {
   return {{"light: the level shines and is read back", level},
           {"light: the shutter", shutter},
-          {"light: after a daemon death", daemon_death},
+          {"light: closed while it shines and opened again", closed_while_it_shines},
+          {"light: killed while it shines and opened again", killed_while_it_shines},
           {"light: spoilt answers", spoilt_answers},
-          {"light: lost and back", lost_and_back}};
+          {"light: lost and back", lost_and_back},
+          {"light: absent at opening", absent_at_opening}};
 }
 
 }  // namespace rig::drivers::conformance

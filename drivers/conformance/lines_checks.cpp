@@ -24,6 +24,10 @@ class LinesSession {
     opened.open();
     look_up();
   }
+  void reopen_after_kill() {
+    opened.open_after_kill(waiting);
+    look_up();
+  }
 
   [[nodiscard]] Result<std::vector<bool>> try_read() {
     return timed(bench_.clock(), kLinesCall, "read", [&] { return io().read(); });
@@ -213,7 +217,8 @@ void require_lost(LinesSession& s) {
       kLostWithin, milliseconds(50));
   require(lost, "{:.0f} s after they were unplugged read() answers {} instead of lost",
           base::to_seconds(kLostWithin), last);
-  for (int i = 0; i < 3; ++i) require(!s.try_read(), "read() answered levels of lines that are unplugged");
+  for (int i = 0; i < 3; ++i)
+    require_always(!s.try_read(), "read() answered levels of lines that are unplugged");
   if (s.test.output.empty()) return;
   require(!s.try_set(s.test.output, !s.test.output_at_rest), "an output was set with its device unplugged");
 }
@@ -250,7 +255,7 @@ Outcome lost_and_back(Bench& bench) {
   return {};
 }
 
-Outcome daemon_death(Bench& bench) {
+Outcome closed_and_opened(Bench& bench) {
   LinesSession s(bench);
   s.need_input();
   s.require_input(false, "at rest");
@@ -265,27 +270,77 @@ Outcome daemon_death(Bench& bench) {
   return {};
 }
 
+// Nobody put the outputs to rest: they are once the module is open again.
+Outcome killed_with_its_output_set(Bench& bench) {
+  LinesSession s(bench);
+  const bool rest = s.test.output_at_rest;
+  for (const bool held : {true, false}) {
+    const auto victim = s.opened.start_victim(SetLineTask{s.test.output, !rest});
+    if (!s.test.output.empty()) s.require_output(!rest, "set before the module was killed");
+    victim->kill();
+    if (!s.test.input.empty()) s.peer().set_input(s.test.input, held);
+    s.reopen_after_kill();
+    if (!s.test.output.empty()) {
+      s.require_output(rest, "opened after it was killed");
+      require(s.output() == rest, "opened after it was killed, and read() says that the output is {}",
+              rest ? "inactive" : "active");
+    }
+    if (!s.test.input.empty()) {
+      s.require_input(held, held ? "pressed while the module was gone" : "let go while the module was gone");
+    }
+  }
+  if (s.test.output.empty()) return {};
+  must(s.try_set(s.test.output, !rest), "set after it was killed and opened");
+  s.require_output(!rest, "set after it was killed and opened");
+  return {};
+}
+
+Outcome absent_at_opening(Bench& bench) {
+  LinesSession s(bench);
+  s.opened.close();
+  if (!s.wire().cut()) not_proven("this bench cannot unplug the lines");
+  require_told_or_lost(bench);
+  require(s.wire().restore(), "the bench cannot plug in what it unplugged");
+  s.reopen();
+  s.recover("opened again with the lines back");
+  if (!s.test.input.empty()) {
+    s.peer().set_input(s.test.input, true);
+    s.require_input(true, "pressed with the lines back");
+  }
+  if (s.test.output.empty()) return {};
+  s.require_output(s.test.output_at_rest, "opened again with the lines back");
+  must(s.try_set(s.test.output, !s.test.output_at_rest), "set with the lines back");
+  s.require_output(!s.test.output_at_rest, "set with the lines back");
+  return {};
+}
+
 void require_wire_error(const base::Error& error, std::string_view call, std::string_view when) {
   require(error.code == ErrorCode::lost || error.code == ErrorCode::device,
           "{}: {} answered {}; an error of the wire is lost or device", when, call, told(error));
 }
 
-// With the input held and the output on, so that a level that was invented would show.
+// With the input held and the output on, so that a level that was invented would show. A module that calls an
+// answer that is missing a loss has its outputs at rest afterwards, and says that, too.
 void spoil_a_few(LinesSession& s, Spoil how, int answers, std::string_view when) {
+  const bool has_output = !s.test.output.empty();
   (void)s.wire().spoil(how, answers);
   for (int i = 0; i < 5; ++i) {
+    const bool before = has_output && s.peer().output(s.test.output);
     const auto levels = s.try_read();
     if (!levels) {
       require_wire_error(levels.error(), "read()", when);
       continue;
     }
-    require(s.input_of(*levels).value_or(true), "{}: the input is held, and read() says that it is inactive",
-            when);
-    require(s.output_of(*levels).value_or(true), "{}: the output is on, and read() says that it is off",
-            when);
+    require_always(s.input_of(*levels).value_or(true),
+                   "{}: the input is held, and read() says that it is inactive", when);
+    const bool after = has_output && s.peer().output(s.test.output);
+    require_always(before != after || s.output_of(*levels).value_or(after) == after,
+                   "{}: the output is {}, and read() says that it is not", when, after ? "on" : "off");
   }
   s.recover(when);
-  if (s.test.output.empty()) return;
+  if (!has_output) return;
+  must(s.try_set(s.test.output, true), fmt::format("set {}", when));
+  s.require_output(true, when);
   (void)s.wire().spoil(how, answers);
   const auto set = s.try_set(s.test.output, false);
   if (!set) require_wire_error(set.error(), "set", when);
@@ -336,7 +391,9 @@ std::vector<Check> lines_checks() {
           {"lines: a defined state on start and on exit", defined_at_rest},
           {"lines: unknown lines and inputs are not set", wrong_lines},
           {"lines: lost and back", lost_and_back},
-          {"lines: after a daemon death", daemon_death},
+          {"lines: absent at opening", absent_at_opening},
+          {"lines: closed and opened again", closed_and_opened},
+          {"lines: killed with its output set and opened again", killed_with_its_output_set},
           {"lines: spoilt answers", spoilt_answers}};
 }
 

@@ -44,6 +44,34 @@ class Opened {
   void open() {
     close();
     devices_ = must(bench_.open(), "opening the module");
+    find();
+  }
+
+  /// The module opened anew until that succeeds, as rigd is after it was killed: a device may keep to who is
+  /// gone for a while.
+  void open_after_kill(Waiting& waiting) {
+    close();
+    base::Result<std::vector<Device>> opened;
+    (void)waiting.until(
+        [&] {
+          opened = bench_.open();
+          return opened.has_value();
+        },
+        kBackWithin, std::chrono::milliseconds(100));
+    devices_ = must(std::move(opened), "opening the module after it was killed");
+    find();
+  }
+
+  /// The module, closed here, doing this in a process of its own.
+  [[nodiscard]] std::unique_ptr<Victim> start_victim(decltype(Task::what) what) {
+    close();
+    auto victim = must(bench_.start_victim({name_, std::move(what)}), "the module in a process of its own");
+    if (victim == nullptr) not_proven("this bench's device lives in the module: it would die with it");
+    return victim;
+  }
+
+ private:
+  void find() {
     for (Device& one : devices_) {
       if (one.name != name_) continue;
       auto* found = std::get_if<std::unique_ptr<Kind>>(&one.is);
@@ -53,12 +81,22 @@ class Opened {
     require(device_ != nullptr, "the module offers no device '{}'", name_);
   }
 
- private:
   Bench& bench_;
   const std::string name_;
   std::vector<Device> devices_;
   Kind* device_ = nullptr;
 };
+
+/// How a module ends in the middle of what it does: closed, as when rigd ends in order, or killed with its
+/// process.
+enum class End { closed, killed };
+
+/// Opens the module and lets go of it, its device absent: a module may refuse to open then, with a reason, or
+/// offer one that is lost for now.
+inline void require_told_or_lost(Bench& bench) {
+  const auto opened = bench.open();
+  require(opened || !opened.error().what.empty(), "opening without the device fails without a reason");
+}
 
 /// Calls, and fails the check where the call took longer than `bound`, times patience().
 template <typename Call>

@@ -20,6 +20,9 @@ enum class Verdict {
 struct Outcome {
   Verdict verdict = Verdict::passed;
   std::string text;  ///< why it failed or is not proven
+  /// Failed by what must never be, however busy the machine is: a wrong frame, a stop that never came. No
+  /// further try takes that back.
+  bool for_good = false;
 };
 
 struct Check {
@@ -33,13 +36,20 @@ struct Check {
 /// Resets the bench and runs one check; an exception of the module or the check is `failed`.
 [[nodiscard]] Outcome run_check(Bench& bench, const Check& check);
 
-/// One module's column: a line per check, "name<tab>verdict<tab>text", in `folder`/<module>.txt, replaced
-/// whole. `./dev conformance` puts the columns together.
-[[nodiscard]] base::Result<void> write_column(const std::filesystem::path& folder, const std::string& module,
-                                              const std::vector<std::pair<Check, Outcome>>& outcomes);
+/// Whether a column's line of before counts: that of an earlier try in the same run does.
+enum class Earlier { forgotten, counts };
 
-/// The table of every column in `folder`, as Markdown: a row per check, a column per module, and below it
-/// what was not proven or failed and why.
-[[nodiscard]] base::Result<std::string> table_of(const std::filesystem::path& folder);
+/// One module's column: a line per check, "name<tab>verdict<tab>tries<tab>text", in `folder`/<module>.tsv,
+/// replaced whole. Answers what the lines say now. With Earlier::counts a check that has failed for good
+/// stays so, and one that passes after it failed keeps the number of tries and why it failed. `./dev
+/// conformance` puts the columns together.
+[[nodiscard]] base::Result<std::vector<Outcome>> write_column(
+    const std::filesystem::path& folder, const std::string& module,
+    const std::vector<std::pair<Check, Outcome>>& outcomes, Earlier earlier = Earlier::forgotten);
+
+/// The table of every column in these folders, as Markdown: a row per check, a column per module, and below
+/// it what was not proven, failed, or passed at a further try only, and why. A folder that is not there
+/// counts as empty, but one must be.
+[[nodiscard]] base::Result<std::string> table_of(const std::vector<std::filesystem::path>& folders);
 
 }  // namespace rig::drivers::conformance

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <fcntl.h>
 #include <map>
+#include <optional>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -19,20 +21,30 @@ using base::Result;
 
 namespace {
 
-constexpr const char* kEnding = ".txt";
-constexpr std::pair<Verdict, const char*> kNames[] = {{Verdict::passed, "passed"},
-                                                      {Verdict::failed, "failed"},
-                                                      {Verdict::not_proven, "not proven"},
-                                                      {Verdict::none, "none"}};
+constexpr const char* kEnding = ".tsv";
+struct Name {
+  Verdict verdict;
+  bool for_good;
+  const char* name;
+};
+constexpr Name kNames[] = {{Verdict::passed, false, "passed"},
+                           {Verdict::failed, false, "failed"},
+                           {Verdict::failed, true, "failed for good"},
+                           {Verdict::not_proven, false, "not proven"},
+                           {Verdict::none, false, "none"}};
 
-const char* name_of(Verdict verdict) {
-  for (const auto& [known, name] : kNames) {
-    if (known == verdict) return name;
+const char* name_of(const Outcome& outcome) {
+  for (const Name& known : kNames) {
+    if (known.verdict == outcome.verdict && known.for_good == outcome.for_good) return known.name;
   }
   return "failed";
 }
 
-using Column = std::map<std::string, Outcome>;
+struct Line {
+  Outcome outcome;
+  int tries = 1;  // of a check that passed: those before it failed, and the text says why
+};
+using Column = std::map<std::string, Line>;
 
 // Held while a column is read, changed and written: tests run in several processes at once.
 class ColumnLock {
@@ -65,6 +77,32 @@ std::string one_line(std::string text) {
   return text;
 }
 
+// Its parts up to the last, which may hold anything.
+std::vector<std::string> parts_of(const std::string& line, std::size_t count) {
+  std::vector<std::string> parts;
+  std::size_t begin = 0;
+  while (parts.size() + 1 < count) {
+    const std::size_t tab = line.find('\t', begin);
+    if (tab == std::string::npos) return {};
+    parts.push_back(line.substr(begin, tab - begin));
+    begin = tab + 1;
+  }
+  parts.push_back(line.substr(begin));
+  return parts;
+}
+
+std::optional<Line> line_of(const std::vector<std::string>& parts) {
+  if (parts.empty()) return std::nullopt;
+  Line line;
+  const auto* name = std::find_if(std::begin(kNames), std::end(kNames),
+                                  [&](const Name& known) { return parts[1] == known.name; });
+  const char* const end = parts[2].data() + parts[2].size();
+  const auto [read, error] = std::from_chars(parts[2].data(), end, line.tries);
+  if (name == std::end(kNames) || error != std::errc() || read != end) return std::nullopt;
+  line.outcome = {name->verdict, parts[3], name->for_good};
+  return line;
+}
+
 Result<Column> read_column(const fs::path& path) {
   Column column;
   if (!fs::exists(path)) return column;
@@ -75,28 +113,35 @@ Result<Column> read_column(const fs::path& path) {
     const std::size_t end = std::min(text->find('\n', begin), text->size());
     const std::string line = text->substr(begin, end - begin);
     begin = end + 1;
-    const std::size_t first = line.find('\t');
-    const std::size_t second = first == std::string::npos ? first : line.find('\t', first + 1);
-    const auto* found = second == std::string::npos
-                            ? std::end(kNames)
-                            : std::find_if(std::begin(kNames), std::end(kNames), [&](const auto& known) {
-                                return line.compare(first + 1, second - first - 1, known.second) == 0;
-                              });
-    if (found == std::end(kNames)) {
+    const auto parts = parts_of(line, 4);
+    auto read = line_of(parts);
+    if (!read) {
       return fail(ErrorCode::damaged, "no line of a column: '" + line + "'",
                   fmt::format("{}:{}", path.string(), number), "remove the file and run the tests again");
     }
-    column[line.substr(0, first)] = {found->first, line.substr(second + 1)};
+    column[parts[0]] = std::move(*read);
   }
   return column;
+}
+
+// What stands there after one more try.
+Line after(const Line& before, Outcome now) {
+  if (before.outcome.verdict == Verdict::failed && before.outcome.for_good)
+    return {before.outcome, before.tries + 1};
+  // Failed before, or passed at a further try already.
+  const bool failed_once = before.outcome.verdict == Verdict::failed || before.tries > 1;
+  if (!failed_once) return {std::move(now), 1};
+  if (now.verdict == Verdict::passed) now.text = before.outcome.text;
+  return {std::move(now), before.tries + 1};
 }
 
 std::string cell(const Column& column, const std::string& check) {
   const auto found = column.find(check);
   if (found == column.end()) return "not run";
-  switch (found->second.verdict) {
+  const Line& line = found->second;
+  switch (line.outcome.verdict) {
     case Verdict::passed:
-      return "passed";
+      return line.tries == 1 ? "passed" : fmt::format("passed at try {}", line.tries);
     case Verdict::failed:
       return "**failed**";
     case Verdict::not_proven:
@@ -107,10 +152,47 @@ std::string cell(const Column& column, const std::string& check) {
   return "?";
 }
 
+using Columns = std::map<std::string, Column>;
+
+// A heading and a line for each cell that is `chosen`; nothing where none is.
+template <typename Chosen>
+std::string reasons(const Columns& columns, const char* heading, Chosen&& chosen) {
+  std::string why;
+  for (const auto& [module, column] : columns) {
+    for (const Check& check : checks()) {
+      const auto found = column.find(check.name);
+      if (found == column.end() || !chosen(found->second)) continue;
+      why += fmt::format("- {}, {}: {}\n", module, check.name, found->second.outcome.text);
+    }
+  }
+  return why.empty() ? why : fmt::format("\n{}:\n\n{}", heading, why);
+}
+
+Result<Columns> read_columns(const std::vector<fs::path>& folders) {
+  Columns columns;
+  bool any = false;
+  for (const fs::path& folder : folders) {
+    std::error_code error;
+    if (!fs::exists(folder, error)) continue;
+    any = true;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+      if (it->path().extension() != kEnding) continue;
+      auto column = read_column(it->path());
+      if (!column) return pass(column);
+      columns.emplace(it->path().stem().string(), std::move(*column));
+    }
+    if (error) return fail(ErrorCode::io, error.message(), folder.string());
+  }
+  if (!any)
+    return fail(ErrorCode::not_found, "there is no folder of columns", {}, "have the conformance tests run?");
+  return columns;
+}
+
 }  // namespace
 
-Result<void> write_column(const fs::path& folder, const std::string& module,
-                          const std::vector<std::pair<Check, Outcome>>& outcomes) {
+Result<std::vector<Outcome>> write_column(const fs::path& folder, const std::string& module,
+                                          const std::vector<std::pair<Check, Outcome>>& outcomes,
+                                          Earlier earlier) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) return fail(ErrorCode::io, error.message(), folder.string());
@@ -119,51 +201,47 @@ Result<void> write_column(const fs::path& folder, const std::string& module,
   const fs::path path = folder / (module + kEnding);
   auto column = read_column(path);
   if (!column) return pass(column);
-  for (const auto& [check, outcome] : outcomes) (*column)[check.name] = outcome;
+  std::vector<Outcome> stand;
+  for (const auto& [check, outcome] : outcomes) {
+    const auto before = column->find(check.name);
+    Line now{outcome, 1};
+    now.outcome.text = one_line(now.outcome.text);
+    if (earlier == Earlier::counts && before != column->end()) now = after(before->second, now.outcome);
+    stand.push_back(now.outcome);
+    (*column)[check.name] = std::move(now);
+  }
   std::string text;
   for (const Check& check : checks()) {
     const auto found = column->find(check.name);
     if (found == column->end()) continue;
-    text +=
-        fmt::format("{}\t{}\t{}\n", check.name, name_of(found->second.verdict), one_line(found->second.text));
+    const Line& line = found->second;
+    text += fmt::format("{}\t{}\t{}\t{}\n", check.name, name_of(line.outcome), line.tries, line.outcome.text);
   }
-  return base::write_file_durably(path, std::string_view(text));
+  if (auto written = base::write_file_durably(path, std::string_view(text)); !written) return pass(written);
+  return stand;
 }
 
-Result<std::string> table_of(const fs::path& folder) {
-  std::map<std::string, Column> columns;
-  std::error_code error;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    if (it->path().extension() != kEnding) continue;
-    auto column = read_column(it->path());
-    if (!column) return pass(column);
-    columns.emplace(it->path().stem().string(), std::move(*column));
-  }
-  if (error) return fail(ErrorCode::io, error.message(), folder.string(), "have the conformance tests run?");
+Result<std::string> table_of(const std::vector<fs::path>& folders) {
+  const auto columns = read_columns(folders);
+  if (!columns) return pass(columns);
   std::string head = "| check |";
   std::string rule = "| --- |";
-  for (const auto& [module, column] : columns) {
+  for (const auto& [module, column] : *columns) {
     head += fmt::format(" {} |", module);
     rule += " --- |";
   }
   std::string text = head + "\n" + rule + "\n";
   for (const Check& check : checks()) {
     text += fmt::format("| {} |", check.name);
-    for (const auto& [module, column] : columns) text += fmt::format(" {} |", cell(column, check.name));
+    for (const auto& [module, column] : *columns) text += fmt::format(" {} |", cell(column, check.name));
     text += "\n";
   }
-  for (const Verdict verdict : {Verdict::failed, Verdict::not_proven}) {
-    std::string why;
-    for (const auto& [module, column] : columns) {
-      for (const Check& check : checks()) {
-        const auto found = column.find(check.name);
-        if (found == column.end() || found->second.verdict != verdict) continue;
-        why += fmt::format("- {}, {}: {}\n", module, check.name, found->second.text);
-      }
-    }
-    if (!why.empty())
-      text += fmt::format("\n{}:\n\n{}", verdict == Verdict::failed ? "Failed" : "Not proven", why);
-  }
+  text +=
+      reasons(*columns, "Failed", [](const Line& line) { return line.outcome.verdict == Verdict::failed; });
+  text += reasons(*columns, "Passed only at a further try; before",
+                  [](const Line& line) { return line.outcome.verdict == Verdict::passed && line.tries > 1; });
+  text += reasons(*columns, "Not proven",
+                  [](const Line& line) { return line.outcome.verdict == Verdict::not_proven; });
   return text;
 }
 

@@ -19,7 +19,8 @@ using base::pass;
 
 namespace {
 
-constexpr std::chrono::milliseconds kAnswer{1000};
+// Within rigd's deadline for a call, which asks for one answer after the other.
+constexpr std::chrono::milliseconds kAnswer{500};
 constexpr std::size_t kLongestAnswer = 4096;
 
 template <typename Number>
@@ -151,10 +152,17 @@ class SocketChip final : public LineChip {
     const auto lost = [&](const std::string& why) {
       return fail(ErrorCode::lost, "the chip of lines is gone: " + why, path_);
     };
-    if (::send(fd_, request.data(), request.size(), MSG_NOSIGNAL) < 0) return lost(std::strerror(errno));
-    pollfd wait{fd_, POLLIN, 0};
-    if (::poll(&wait, 1, static_cast<int>(kAnswer.count())) <= 0) return lost("no answer");
     std::array<char, kLongestAnswer> answer{};
+    // An answer that nobody waits for belongs to no question that is to come.
+    while (::recv(fd_, answer.data(), answer.size(), MSG_DONTWAIT) > 0) continue;
+    if (::send(fd_, request.data(), request.size(), MSG_NOSIGNAL) < 0) return lost(std::strerror(errno));
+    // Once one did not come this connection is given up; what it is still told has to go out, no more.
+    if (silent_) return lost("it gave no answer before");
+    pollfd wait{fd_, POLLIN, 0};
+    if (::poll(&wait, 1, static_cast<int>(kAnswer.count())) <= 0) {
+      silent_ = true;
+      return lost("no answer");
+    }
     const ssize_t n = ::recv(fd_, answer.data(), answer.size(), 0);
     if (n <= 0) return lost(n == 0 ? "it hung up" : std::strerror(errno));
     const auto said = read_answer({answer.data(), static_cast<std::size_t>(n)});
@@ -164,6 +172,7 @@ class SocketChip final : public LineChip {
 
   const int fd_;
   const std::string path_;
+  bool silent_ = false;
   std::vector<unsigned int> offsets_;
   std::vector<bool> with_edges_;
 };

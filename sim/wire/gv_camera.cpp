@@ -68,6 +68,8 @@ struct GvCamera::State {
   std::vector<std::uint16_t> line;
   std::vector<std::uint8_t> payload;  // of a frame with packets of our own
   std::atomic<FrameFault> fault{FrameFault::none};
+  std::atomic<int> delay_ms{0};
+  std::thread late;  // sends a frame that is delayed
   std::uint16_t skipped = 0;
   std::mt19937 dice{1};
   std::thread clock;  // writes the camera's time into its memory
@@ -86,6 +88,7 @@ struct GvCamera::State {
   bool start();
   void stop();
   void send(ArvBuffer* buffer, std::uint32_t exposure_us, double loss);
+  void transmit(const std::vector<Packet>& packets, int times, double loss);
   void fill(ArvBuffer* buffer, std::uint32_t exposure_us, std::uint32_t gain, std::uint32_t format);
 };
 
@@ -144,15 +147,27 @@ void GvCamera::State::send(ArvBuffer* buffer, std::uint32_t exposure_us, double 
   }
   frame.payload = payload;
   if (wrong == FrameFault::cut_short) frame.payload = frame.payload.first(payload.size() / 2);
-  const std::size_t packet_size = reg(kPacketSizeRegister) & 0xffff;
+  const auto packets = gvsp_packets(frame, reg(kPacketSizeRegister) & 0xffff);
+  const int times = wrong == FrameFault::packets_twice ? 2 : 1;
+  const milliseconds delay(delay_ms.exchange(0));
+  if (delay.count() == 0) return transmit(packets, times, loss);
+  if (late.joinable()) late.join();
+  late = std::thread([this, packets, times, loss, delay] {
+    std::this_thread::sleep_for(delay);
+    const std::lock_guard lock(fill_mutex);
+    if (!ending) transmit(packets, times, loss);
+  });
+}
+
+void GvCamera::State::transmit(const std::vector<Packet>& packets, int times, double loss) {
   GSocketAddress* to = arv_fake_camera_get_stream_address(fake());
   sockaddr_in address{};
   g_socket_address_to_native(to, &address, sizeof address, nullptr);
   g_object_unref(to);
   const int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   std::bernoulli_distribution is_lost(loss);
-  for (const Packet& packet : gvsp_packets(frame, packet_size)) {
-    for (int times = wrong == FrameFault::packets_twice ? 2 : 1; times > 0; --times) {
+  for (const Packet& packet : packets) {
+    for (int i = 0; i < times; ++i) {
       if (is_lost(dice)) continue;
       (void)::sendto(fd, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&address),
                      sizeof address);
@@ -200,6 +215,7 @@ void GvCamera::State::stop() {
     g_object_set(camera, "gvsp-lost-ratio", 1.0, nullptr);  // of a frame that is due just now
   }
   clock.join();
+  if (late.joinable()) late.join();
   g_object_unref(camera);
   camera = nullptr;
 }
@@ -234,6 +250,10 @@ void GvCamera::corrupt_next() {
 
 void GvCamera::spoil_next(FrameFault fault) {
   state_->fault = fault;
+}
+
+void GvCamera::delay_next(milliseconds by) {
+  state_->delay_ms = static_cast<int>(by.count());
 }
 
 void GvCamera::drop_next() {

@@ -2,6 +2,7 @@
 // its pixels how they were taken, with faults on command.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -50,6 +51,9 @@ class GvCamera {
   void corrupt_next();
   void drop_next();
   void spoil_next(FrameFault fault);
+  /// Of a camera with packets of its own: those of the next frame leave so much after it was exposed, to
+  /// where frames go by then.
+  void delay_next(std::chrono::milliseconds by);
   /// A pulse on Line0. False: the camera did not wait for one.
   bool pulse();
   void set_temperature_c(double celsius);

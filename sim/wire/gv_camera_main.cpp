@@ -41,6 +41,8 @@ std::string obey(GvCamera& camera, const std::string& line) {
     camera.drop_control();
   } else if (command == "lose" && has_number) {
     camera.lose(static_cast<int>(number));
+  } else if (command == "delay" && has_number) {
+    camera.delay_next(std::chrono::milliseconds(static_cast<int>(number)));
   } else if (command == "temperature" && has_number) {
     camera.set_temperature_c(number);
   } else if (command == "ready" && has_number) {
@@ -59,7 +61,8 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Simulates a GigE Vision camera. Commands on standard input: vanish, return, lose PER_THOUSAND, "
       "corrupt, drop, pulse, temperature CELSIUS, ready 0|1, drop-control; with packets of its "
-      "own also skip-number, cut-short, other-format, other-exposure, packets-twice, of the next frame.");
+      "own also skip-number, cut-short, other-format, other-exposure, packets-twice, delay MS, of the next "
+      "frame.");
   rig::sim::wire::GvCameraOptions options;
   int lost = 0;
   bool ramp = false;

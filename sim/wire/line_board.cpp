@@ -73,6 +73,15 @@ struct LineBoard::State {
   std::vector<int> users;
   int failing = 0, fail_with = 0, garbled = 0;
   std::string garbage;
+  Spoil spoilt_how = Spoil::missing;
+  int spoilt = 0;
+  std::chrono::milliseconds lateness{};
+  struct Late {
+    int user;
+    Time due;
+    std::string said;
+  };
+  std::vector<Late> late;
   std::atomic<bool> ended{false};
   std::thread thread;
 
@@ -80,6 +89,8 @@ struct LineBoard::State {
   void close_all();
   void serve();
   void leave(int user);
+  void say(int user, const std::string& said);
+  void say_what_is_late();
   void change(unsigned int line, const std::function<void(Pin&)>& how,
               Time at = std::chrono::steady_clock::now());
   void drive(unsigned int line, std::optional<bool> high, Time at);
@@ -117,6 +128,7 @@ void LineBoard::State::leave(int user) {
     if (pin.owner == user) pin.owner = -1;
   }
   std::erase(users, user);
+  std::erase_if(late, [&](const Late& one) { return one.user == user; });
   ::close(user);
 }
 
@@ -217,6 +229,35 @@ std::string LineBoard::State::answer(int user, const std::string& request) {
   return error(EINVAL);
 }
 
+void LineBoard::State::say(int user, const std::string& said) {
+  const auto send = [&](const std::string& text) {
+    (void)::send(user, text.data(), text.size(), MSG_NOSIGNAL);
+  };
+  if (spoilt == 0) return send(said);
+  --spoilt;
+  switch (spoilt_how) {
+    case Spoil::missing:
+      return;
+    case Spoil::garbage:
+      return send("\x11?ok 1 0");
+    case Spoil::late:
+      late.push_back({user, std::chrono::steady_clock::now() + lateness, said});
+      return;
+    case Spoil::duplicate:
+      send(said);
+      return send(said);
+  }
+}
+
+void LineBoard::State::say_what_is_late() {
+  const Time now = std::chrono::steady_clock::now();
+  std::erase_if(late, [&](const Late& one) {
+    if (one.due > now) return false;
+    (void)::send(one.user, one.said.data(), one.said.size(), MSG_NOSIGNAL);
+    return true;
+  });
+}
+
 void LineBoard::State::serve() {
   answer_promptly();
   while (!ended) {
@@ -240,9 +281,9 @@ void LineBoard::State::serve() {
         leave(user);
         continue;
       }
-      const std::string said = answer(user, {request.data(), static_cast<std::size_t>(n)});
-      (void)::send(user, said.data(), said.size(), MSG_NOSIGNAL);
+      say(user, answer(user, {request.data(), static_cast<std::size_t>(n)}));
     }
+    say_what_is_late();
   }
 }
 
@@ -319,6 +360,13 @@ void LineBoard::garble_next(int requests, const std::string& answer) {
   const std::lock_guard lock(state_->mutex);
   state_->garbled = requests;
   state_->garbage = answer;
+}
+
+void LineBoard::spoil(Spoil how, int answers, std::chrono::milliseconds lateness) {
+  const std::lock_guard lock(state_->mutex);
+  state_->spoilt_how = how;
+  state_->spoilt = answers;
+  state_->lateness = lateness;
 }
 
 void LineBoard::cut() {

@@ -54,6 +54,11 @@ class LineBoard {
   /// The next so many requests are answered with these bytes.
   void garble_next(int requests, const std::string& answer);
 
+  /// What becomes of answers to requests that were obeyed.
+  enum class Spoil { missing, garbage, late, duplicate };
+  /// So of the next so many; 0: of none. A late one comes so much later.
+  void spoil(Spoil how, int answers, std::chrono::milliseconds lateness = std::chrono::milliseconds(700));
+
   /// As when the bridge is unplugged: connections end and the socket is gone. After restore() all lines are
   /// inputs again; what is wired to them stays.
   void cut();

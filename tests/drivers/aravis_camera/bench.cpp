@@ -1,6 +1,7 @@
 #include "tests/drivers/aravis_camera/bench.h"
 
-#include "drivers/aravis_camera/devices.h"
+#include "drivers/conformance/module_under_test.h"
+#include "tests/core/temporary_folder.h"
 #include "tests/drivers/aravis_camera/support.h"
 
 namespace rig::drivers::aravis {
@@ -45,9 +46,11 @@ class GigeBench final : public conformance::Bench {
  public:
   [[nodiscard]] std::string name() const override { return "aravis_camera"; }
   [[nodiscard]] base::Result<std::vector<Device>> open() override {
-    const auto table = base::ConfigTable::parse(kSettings, "camera.toml");
-    if (!table) return base::pass(table);
-    return open_devices({"aravis", *table, "", *clock_, nullptr});
+    return conformance::open_module(module_, *clock_);
+  }
+  [[nodiscard]] base::Result<std::unique_ptr<conformance::Victim>> start_victim(
+      const conformance::Task& task) override {
+    return conformance::start_victim(module_, task);
   }
   [[nodiscard]] base::Clock& clock() override { return *clock_; }
   void reset() override { (void)process_.command("return"); }
@@ -61,6 +64,8 @@ class GigeBench final : public conformance::Bench {
   }
 
  private:
+  test::TemporaryFolder folder_;
+  const conformance::ModuleUnderTest module_{"aravis_camera", kSettings, folder_.path()};
   std::unique_ptr<base::Clock> clock_ = base::make_system_clock();
   sim::wire::GvCameraProcess process_ = start_camera({"--exposes"});
   GigeWire wire_{process_};

@@ -121,5 +121,23 @@ TEST(FrameJudge, OfACameraThatRunsFreeOldOnesAreTold) {
   EXPECT_EQ(judge(e, facts()).verdict, Verdict::good);
 }
 
+TEST(FrameJudge, AFrameThatBeganBeforeItsTriggerIsOld) {
+  auto e = expected();
+  e.clock_error_s = 0.05;
+  e.last_id.reset();
+  auto f = facts();
+  f.before_trigger_s = 0.06;
+  EXPECT_EQ(judge(e, f).verdict, Verdict::old);
+  f.before_trigger_s = 0.04;
+  EXPECT_EQ(judge(e, f).verdict, Verdict::good);
+  f.before_trigger_s = -1;
+  EXPECT_EQ(judge(e, f).verdict, Verdict::good);
+  // By another clock than the one that is latched.
+  f.before_trigger_s = 1e6;
+  EXPECT_EQ(judge(e, f).verdict, Verdict::good);
+  f.before_trigger_s.reset();
+  EXPECT_EQ(judge(e, f).verdict, Verdict::good);
+}
+
 }  // namespace
 }  // namespace rig::drivers::aravis

@@ -36,6 +36,43 @@ TEST_F(Stream, FramesThatAreNotThoseAskedForAreRefused) {
   }
 }
 
+// Later than any bound that the driver could wait for: only its time tells that it is another trigger's.
+TEST_F(Stream, AFrameOfAnEndedExposureThatComesDuringTheNextIsNotDelivered) {
+  auto camera = start_camera({"--own-packets", "--exposes"});
+  for (const char* chunks : {"true", "false"}) {
+    SCOPED_TRACE(chunks);
+    Rig rig(kGige + "chunks = " + chunks + "\n");
+    expect_frame(rig, 1e-3);
+    ASSERT_TRUE(camera.command("delay 400"));
+    ASSERT_TRUE(rig.camera().trigger(0.02, 1).has_value());
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+    ASSERT_TRUE(rig.camera().abort().has_value());
+    const auto begun = std::chrono::steady_clock::now();
+    ASSERT_TRUE(rig.camera().trigger(0.29, 1).has_value());
+    ASSERT_LT(std::chrono::steady_clock::now() - begun, std::chrono::milliseconds(330))
+        << "the old frame has come before the trigger: this shows nothing";
+    const auto frame = rig.wait_for_frame();
+    ASSERT_TRUE(frame.has_value() && frame->has_value());
+    ASSERT_TRUE(rig.painted().has_value());
+    EXPECT_EQ(rig.painted()->exposure_us, 290000U);
+    expect_frame(rig, 1e-3);
+  }
+}
+
+// Nothing was delivered since the exposure was ended that it could have been mistaken for.
+TEST_F(Stream, AFrameOfAnEndedExposureThatComesBeforeTheNextTriggerIsNoFault) {
+  auto camera = start_camera({"--own-packets", "--exposes"});
+  Rig rig(kGige);
+  expect_frame(rig, 1e-3);
+  ASSERT_TRUE(camera.command("delay 500"));
+  ASSERT_TRUE(rig.camera().trigger(0.02, 1).has_value());
+  std::this_thread::sleep_for(std::chrono::milliseconds(60));
+  ASSERT_TRUE(rig.camera().abort().has_value());
+  std::this_thread::sleep_for(std::chrono::milliseconds(800));
+  expect_frame(rig, 2e-3);
+  expect_frame(rig, 1e-3);
+}
+
 TEST_F(Stream, AChunkThatTellsAnotherExposureIsBelieved) {
   auto camera = start_camera({"--own-packets"});
   Rig rig(kGige);

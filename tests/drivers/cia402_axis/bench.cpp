@@ -1,7 +1,7 @@
 #include "tests/drivers/cia402_axis/bench.h"
 
 #include "core/base/units.h"
-#include "drivers/host/module_loader.h"
+#include "drivers/conformance/module_under_test.h"
 #include "tests/drivers/cia402_axis/rig.h"
 
 namespace rig::drivers::cia402 {
@@ -101,12 +101,11 @@ class Cia402Bench final : public conformance::Bench {
 
   [[nodiscard]] std::string name() const override { return "cia402_axis"; }
   [[nodiscard]] Result<std::vector<Device>> open() override {
-    const auto entry = load_module("cia402_axis", {std::filesystem::path(RIG_BINARY_DIR) / "lib"});
-    if (!entry) return base::pass(entry);
-    const auto settings = base::ConfigTable::parse(
-        settings_text("unix:" + (folder_ / "can").string(), "call_ms = 1000"), "rig.toml");
-    if (!settings) return base::pass(settings);
-    return (*entry)->open({"drives", *settings, folder_.path(), *clock_, nullptr});
+    return conformance::open_module(module_, *clock_);
+  }
+  [[nodiscard]] base::Result<std::unique_ptr<conformance::Victim>> start_victim(
+      const conformance::Task& task) override {
+    return conformance::start_victim(module_, task);
   }
   [[nodiscard]] base::Clock& clock() override { return *clock_; }
   void reset() override {
@@ -135,6 +134,8 @@ class Cia402Bench final : public conformance::Bench {
 
  private:
   test::TemporaryFolder folder_;
+  const conformance::ModuleUnderTest module_{
+      "cia402_axis", settings_text("unix:" + (folder_ / "can").string(), "call_ms = 1000"), folder_.path()};
   std::unique_ptr<base::Clock> clock_ = base::make_system_clock();
   std::unique_ptr<CanHub> hub_;
   std::unique_ptr<CanopenStation> station_;

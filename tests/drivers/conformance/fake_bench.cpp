@@ -86,6 +86,24 @@ struct Leaks {
   bool over = false;
 };
 
+// A module that runs no destructor while the check runs, as if its process had been killed.
+class FakeVictim final : public Victim {
+ public:
+  FakeVictim(std::vector<Device> devices, std::vector<Device>& graveyard)
+      : devices_(std::move(devices)), graveyard_(graveyard) {}
+  FakeVictim(const FakeVictim&) = delete;
+  FakeVictim& operator=(const FakeVictim&) = delete;
+  ~FakeVictim() override { kill(); }
+  void kill() override {
+    std::move(devices_.begin(), devices_.end(), std::back_inserter(graveyard_));
+    devices_.clear();
+  }
+
+ private:
+  std::vector<Device> devices_;
+  std::vector<Device>& graveyard_;
+};
+
 class FakeBench final : public Bench {
  public:
   explicit FakeBench(Flaw flaw) : flaw_(flaw) { reset(); }
@@ -94,7 +112,16 @@ class FakeBench final : public Bench {
   [[nodiscard]] base::Clock& clock() override { return *clock_; }
   [[nodiscard]] Wire& wire() override { return devices_->watched; }
 
+  [[nodiscard]] base::Result<std::unique_ptr<Victim>> start_victim(const Task& task) override {
+    auto devices = open();
+    if (!devices) return base::pass(devices);
+    if (auto begun = start(task, *devices, *clock_); !begun) return base::pass(begun);
+    look_at(task, *devices);
+    return std::make_unique<FakeVictim>(std::move(*devices), graveyard_);
+  }
+
   void reset() override {
+    graveyard_.clear();
     devices_ = std::make_unique<FakeDevices>(*clock_, flaw_);
     memory_ = {};
   }
@@ -147,6 +174,7 @@ class FakeBench final : public Bench {
   std::unique_ptr<FakeDevices> devices_;
   FakeMemory memory_;
   Leaks leaks_;
+  std::vector<Device> graveyard_;
 };
 
 }  // namespace

@@ -41,8 +41,13 @@ class FakeCamera final : public Camera {
  public:
   FakeCamera(FakeSensor& sensor, FakeWire& wire, base::Clock& clock, Flaw flaw)
       : sensor_(sensor), wire_(wire), clock_(clock), flaw_(flaw) {
-    if (flaw_ != Flaw::frame_over_death) sensor_.frame().reset();
+    if (flaw_ != Flaw::frame_over_death && flaw_ != Flaw::ends_only_in_order) sensor_.frame().reset();
   }
+  ~FakeCamera() override {
+    if (flaw_ == Flaw::ends_only_in_order) sensor_.frame().reset();
+  }
+  FakeCamera(const FakeCamera&) = delete;
+  FakeCamera& operator=(const FakeCamera&) = delete;
 
   [[nodiscard]] CameraCapabilities capabilities() const override {
     return {FakeSensor::kWidth, FakeSensor::kHeight, 16, "none", 1e-4, 0.5, 0.01, true};

@@ -27,7 +27,8 @@ class FakeLines final : public DigitalIo {
  public:
   FakeLines(FakeWire& wire, base::Clock& clock, Flaw flaw)
       : clock_(clock), flaw_(flaw), line_(wire, clock, flaw) {
-    if (flaw_ != Flaw::leaves_output) (void)line_.ask({kLinesSet, 0}, FakeLinesBox::kReadValues);
+    if (flaw_ != Flaw::leaves_output && flaw_ != Flaw::rests_only_in_order)
+      (void)line_.ask({kLinesSet, 0}, FakeLinesBox::kReadValues);
   }
   ~FakeLines() override {
     if (flaw_ != Flaw::leaves_output) (void)line_.ask({kLinesSet, 0}, FakeLinesBox::kReadValues);

@@ -63,6 +63,7 @@ enum class Flaw {
   fills_in_missing,    // delivers the last frame where one was lost
   delivers_unplugged,  // delivers a frame from before it was unplugged
   frame_over_death,    // delivers a frame that was exposed before the module was opened
+  ends_only_in_order,  // ends an exposure when it is closed, and relies on that when it is opened
   // The light.
   level_off,       // a tenth too much
   level_believed,  // reads back what it was told, not what is so
@@ -72,7 +73,8 @@ enum class Flaw {
   slow_input,
   misses_press,
   output_read_believed,
-  leaves_output,  // does nothing on exit
+  leaves_output,        // does nothing on exit
+  rests_only_in_order,  // puts outputs to rest when it is closed, and relies on that when it is opened
   sets_anything,
   invents_levels,  // inactive, where none can be read
   input_by_edges,  // knows an input only once it has changed

@@ -1,5 +1,6 @@
 #include "tests/drivers/dmx_light/bench.h"
 
+#include "drivers/conformance/module_under_test.h"
 #include "drivers/host/module_loader.h"
 
 namespace rig::drivers::dmx_light {
@@ -39,6 +40,10 @@ channel = 3
 // Three answers that are missing are not yet a loss, after which the light would be at its level of start.
 base::Result<std::vector<Device>> DmxBench::open() {
   return open_with(settings("attempts = 4"));
+}
+
+base::Result<std::unique_ptr<conformance::Victim>> DmxBench::start_victim(const conformance::Task& task) {
+  return conformance::start_victim({"dmx_light", settings("attempts = 4"), folder_.path()}, task);
 }
 
 base::Result<std::vector<Device>> DmxBench::open_with(const std::string& settings, base::Clock* clock) {

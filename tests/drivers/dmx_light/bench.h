@@ -19,6 +19,8 @@ class DmxBench final : public conformance::Bench, private conformance::Wire, pri
 
   [[nodiscard]] std::string name() const override { return "dmx_light"; }
   [[nodiscard]] base::Result<std::vector<Device>> open() override;
+  [[nodiscard]] base::Result<std::unique_ptr<conformance::Victim>> start_victim(
+      const conformance::Task& task) override;
   [[nodiscard]] base::Clock& clock() override { return *clock_; }
   void reset() override;
   [[nodiscard]] conformance::Wire& wire() override { return *this; }

@@ -1,10 +1,7 @@
 #include "tests/drivers/example/bench.h"
 
-#include <cstdio>
-#include <stdexcept>
-
 #include "core/base/units.h"
-#include "drivers/host/module_loader.h"
+#include "drivers/conformance/module_under_test.h"
 #include "tests/core/temporary_folder.h"
 #include "tests/drivers/example/turner.h"
 
@@ -78,31 +75,19 @@ class TurnerPeer final : public conformance::AxisPeer {
   Turner& turner_;
 };
 
-void to_standard_error(base::LogLevel /*level*/, std::string_view message) {
-  std::fprintf(stderr, "%.*s\n", static_cast<int>(message.size()), message.data());
-}
-
 class TurnerBench final : public conformance::Bench {
  public:
-  TurnerBench() {
-    auto loaded = load_module(RIG_BINARY_DIR "/lib/librig_driver_turner.so", {});
-    if (!loaded) throw std::runtime_error(loaded.error().text());
-    entry_ = *loaded;
-  }
-
   [[nodiscard]] std::string name() const override { return "example"; }
   [[nodiscard]] base::Clock& clock() override { return *clock_; }
   [[nodiscard]] conformance::Wire& wire() override { return wire_; }
   void reset() override { turner_.reset(); }
 
   [[nodiscard]] base::Result<std::vector<Device>> open() override {
-    const auto settings = base::ConfigTable::parse(
-        fmt::format("port = \"{}\"\nanswer_ms = 100\n[axis.pan]\ncounts_per_deg = 100\n"
-                    "max_velocity_deg_s = 90\nmax_acceleration_deg_s2 = 900\n",
-                    (folder_ / "line").string()),
-        "bench");
-    if (!settings) return base::pass(settings);
-    return entry_->open({"turner", *settings, folder_.path(), *clock_, &to_standard_error});
+    return conformance::open_module(module_, *clock_);
+  }
+  [[nodiscard]] base::Result<std::unique_ptr<conformance::Victim>> start_victim(
+      const conformance::Task& task) override {
+    return conformance::start_victim(module_, task);
   }
 
   [[nodiscard]] std::optional<conformance::AxisUnderTest> axis() override {
@@ -116,7 +101,12 @@ class TurnerBench final : public conformance::Bench {
   Turner turner_{folder_ / "line"};
   TurnerWire wire_{turner_};
   TurnerPeer axis_{turner_};
-  const ModuleEntry* entry_ = nullptr;
+  const conformance::ModuleUnderTest module_{
+      "turner",
+      fmt::format("port = \"{}\"\nanswer_ms = 100\n[axis.pan]\ncounts_per_deg = 100\n"
+                  "max_velocity_deg_s = 90\nmax_acceleration_deg_s2 = 900\n",
+                  (folder_ / "line").string()),
+      folder_.path()};
 };
 
 }  // namespace

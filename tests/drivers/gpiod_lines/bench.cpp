@@ -1,5 +1,6 @@
 #include "tests/drivers/gpiod_lines/bench.h"
 
+#include "drivers/conformance/module_under_test.h"
 #include "drivers/host/module_loader.h"
 
 namespace rig::drivers::gpiod_lines {
@@ -48,6 +49,10 @@ base::Result<std::vector<Device>> LinesBench::open() {
   return open_with(settings_for(board_.path()));
 }
 
+base::Result<std::unique_ptr<conformance::Victim>> LinesBench::start_victim(const conformance::Task& task) {
+  return conformance::start_victim({"gpiod_lines", settings_for(board_.path()), folder_.path()}, task);
+}
+
 base::Result<std::vector<Device>> LinesBench::open_with(const std::string& settings) {
   const auto table = base::ConfigTable::parse(settings, "rig.toml");
   if (!table) return base::pass(table);
@@ -55,6 +60,7 @@ base::Result<std::vector<Device>> LinesBench::open_with(const std::string& setti
 }
 
 void LinesBench::reset() {
+  board_.spoil(sim::wire::LineBoard::Spoil::missing, 0);
   board_.cut();
   for (unsigned int line = 0; line <= kSpare; ++line) board_.drive(line, std::nullopt);
   board_.drive(kEmergencyStop, false);  // its contact is closed, to ground
@@ -84,6 +90,25 @@ bool LinesBench::cut() {
 bool LinesBench::restore() {
   board_.restore();
   return true;
+}
+
+bool LinesBench::spoil(conformance::Spoil how, int answers) {
+  using sim::wire::LineBoard;
+  switch (how) {
+    case conformance::Spoil::missing:
+      board_.spoil(LineBoard::Spoil::missing, answers);
+      return true;
+    case conformance::Spoil::garbage:
+      board_.spoil(LineBoard::Spoil::garbage, answers);
+      return true;
+    case conformance::Spoil::late:
+      board_.spoil(LineBoard::Spoil::late, answers);
+      return true;
+    case conformance::Spoil::duplicate:
+      board_.spoil(LineBoard::Spoil::duplicate, answers);
+      return true;
+  }
+  return false;
 }
 
 void LinesBench::set_input(const std::string& line, bool active) {

@@ -28,6 +28,8 @@ class LinesBench final : public conformance::Bench,
 
   [[nodiscard]] std::string name() const override { return "gpiod_lines"; }
   [[nodiscard]] base::Result<std::vector<Device>> open() override;
+  [[nodiscard]] base::Result<std::unique_ptr<conformance::Victim>> start_victim(
+      const conformance::Task& task) override;
   [[nodiscard]] base::Clock& clock() override { return *clock_; }
   void reset() override;
   [[nodiscard]] conformance::Wire& wire() override { return *this; }
@@ -42,6 +44,7 @@ class LinesBench final : public conformance::Bench,
  private:
   bool cut() override;
   bool restore() override;
+  bool spoil(conformance::Spoil how, int answers) override;
   void set_input(const std::string& line, bool active) override;
   [[nodiscard]] bool output(const std::string& line) override;
   [[nodiscard]] double level() override;

@@ -3,6 +3,7 @@
 #include <gpiod.h>
 #include <thread>
 
+#include "drivers/conformance/module_under_test.h"
 #include "drivers/host/module_loader.h"
 
 namespace rig::drivers::gpiod_lines {
@@ -88,6 +89,10 @@ relay = "lamp"
 shutter = "shutter"
 )",
                      kLabel, emergency_stop);
+}
+
+base::Result<std::unique_ptr<conformance::Victim>> KernelBench::start_victim(const conformance::Task& task) {
+  return conformance::start_victim({"gpiod_lines", settings(), folder_.path()}, task);
 }
 
 base::Result<std::vector<Device>> KernelBench::open_with(const std::string& settings) {

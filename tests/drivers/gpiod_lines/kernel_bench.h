@@ -31,6 +31,8 @@ class KernelBench final : public conformance::Bench,
 
   [[nodiscard]] std::string name() const override { return "gpiod_lines_kernel"; }
   [[nodiscard]] base::Result<std::vector<Device>> open() override;
+  [[nodiscard]] base::Result<std::unique_ptr<conformance::Victim>> start_victim(
+      const conformance::Task& task) override;
   [[nodiscard]] base::Clock& clock() override { return *clock_; }
   void reset() override;
   [[nodiscard]] conformance::Wire& wire() override { return *this; }

@@ -1,6 +1,7 @@
 #include "tests/drivers/modbus_axis/bench.h"
 
 #include "core/base/units.h"
+#include "drivers/conformance/module_under_test.h"
 #include "sim/wire/modbus_leadshine.h"
 #include "sim/wire/modbus_line.h"
 #include "sim/wire/modbus_oriental.h"
@@ -83,7 +84,13 @@ struct Bench final : conformance::Bench {
 
   [[nodiscard]] std::string name() const override { return name_; }
   [[nodiscard]] base::Clock& clock() override { return *clock_; }
-  [[nodiscard]] base::Result<std::vector<Device>> open() override { return open_module(settings, *clock_); }
+  [[nodiscard]] base::Result<std::vector<Device>> open() override {
+    return conformance::open_module(module(), *clock_);
+  }
+  [[nodiscard]] base::Result<std::unique_ptr<conformance::Victim>> start_victim(
+      const conformance::Task& task) override {
+    return conformance::start_victim(module(), task);
+  }
   void reset() override {
     line->restore();
     line->spoil(ModbusLine::Spoil::missing, 0);
@@ -99,6 +106,9 @@ struct Bench final : conformance::Bench {
                          base::radians(60),
                          base::radians(1000),
                          milliseconds(150)};
+  }
+  [[nodiscard]] conformance::ModuleUnderTest module() const {
+    return {"modbus_axis", settings, folder.path()};
   }
   void put_on(std::unique_ptr<ModbusLine> made) {
     line = std::move(made);

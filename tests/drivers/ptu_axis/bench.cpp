@@ -1,9 +1,9 @@
 #include "tests/drivers/ptu_axis/bench.h"
 
 #include "core/base/units.h"
+#include "drivers/conformance/module_under_test.h"
 #include "sim/wire/ptu.h"
 #include "tests/core/temporary_folder.h"
-#include "tests/drivers/ptu_axis/opened_unit.h"
 
 namespace rig::drivers::ptu {
 
@@ -38,8 +38,8 @@ class Pan final : public conformance::AxisPeer {
   }
   [[nodiscard]] bool moving() override { return unit_.moving(Ptu::pan); }
   [[nodiscard]] int stops_seen() override { return unit_.halts(Ptu::pan); }
-  // The unit tells only that it ran into an end stop, and not whether it stands on one; and it has no faults
-  // of its own to report.
+  // The unit tells only that it ran into an end stop, and not whether it stands on one.
+  [[nodiscard]] bool reports_faults() override { return false; }
   bool forget_reference() override {
     unit_.power_cycle();
     return true;
@@ -89,10 +89,20 @@ class Line final : public conformance::Wire {
 class PtuBench final : public conformance::Bench {
  public:
   PtuBench()
-      : unit_(setup(folder_)), pan_(unit_), line_(unit_), settings_(kSettings, unit_.path(), folder_) {}
+      : unit_(setup(folder_)),
+        pan_(unit_),
+        line_(unit_),
+        module_{"ptu_axis", fmt::format("port = \"{}\"\n{}", unit_.path().string(), kSettings),
+                folder_.path()} {}
 
   [[nodiscard]] std::string name() const override { return "ptu_axis"; }
-  [[nodiscard]] base::Result<std::vector<Device>> open() override { return settings_.open(*clock_); }
+  [[nodiscard]] base::Result<std::vector<Device>> open() override {
+    return conformance::open_module(module_, *clock_);
+  }
+  [[nodiscard]] base::Result<std::unique_ptr<conformance::Victim>> start_victim(
+      const conformance::Task& task) override {
+    return conformance::start_victim(module_, task);
+  }
   [[nodiscard]] base::Clock& clock() override { return *clock_; }
   void reset() override { unit_.make_fresh(); }
   [[nodiscard]] conformance::Wire& wire() override { return line_; }
@@ -122,7 +132,7 @@ class PtuBench final : public conformance::Bench {
   Ptu unit_;
   Pan pan_;
   Line line_;
-  testing::UnitSettings settings_;
+  const conformance::ModuleUnderTest module_;
   std::unique_ptr<base::Clock> clock_ = base::make_system_clock();
 };
 

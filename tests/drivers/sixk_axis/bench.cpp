@@ -1,9 +1,9 @@
 #include "tests/drivers/sixk_axis/bench.h"
 
 #include "core/base/units.h"
+#include "drivers/conformance/module_under_test.h"
 #include "sim/wire/sixk.h"
 #include "tests/core/temporary_folder.h"
-#include "tests/drivers/sixk_axis/opened_controller.h"
 
 namespace rig::drivers::sixk {
 
@@ -106,10 +106,17 @@ class SixkBench final : public conformance::Bench {
       : controller_(setup(folder_)),
         arm_(controller_),
         line_(controller_),
-        settings_(kSettings, controller_.path(), folder_) {}
+        module_{"sixk_axis", fmt::format("port = \"{}\"\n{}", controller_.path().string(), kSettings),
+                folder_.path()} {}
 
   [[nodiscard]] std::string name() const override { return "sixk_axis"; }
-  [[nodiscard]] base::Result<std::vector<Device>> open() override { return settings_.open(*clock_); }
+  [[nodiscard]] base::Result<std::vector<Device>> open() override {
+    return conformance::open_module(module_, *clock_);
+  }
+  [[nodiscard]] base::Result<std::unique_ptr<conformance::Victim>> start_victim(
+      const conformance::Task& task) override {
+    return conformance::start_victim(module_, task);
+  }
   [[nodiscard]] base::Clock& clock() override { return *clock_; }
   void reset() override { controller_.make_fresh(); }
   [[nodiscard]] conformance::Wire& wire() override { return line_; }
@@ -138,7 +145,7 @@ class SixkBench final : public conformance::Bench {
   Sixk controller_;
   Arm arm_;
   Line line_;
-  testing::ControllerSettings settings_;
+  const conformance::ModuleUnderTest module_;
   std::unique_ptr<base::Clock> clock_ = base::make_system_clock();
 };
 

@@ -1,7 +1,7 @@
 #include "tests/drivers/tic_axis/bench.h"
 
 #include "core/base/units.h"
-#include "drivers/host/module_loader.h"
+#include "drivers/conformance/module_under_test.h"
 #include "tests/drivers/tic_axis/lab.h"
 
 namespace rig::drivers::tic::test {
@@ -98,15 +98,15 @@ class TicBench final : public conformance::Bench {
         clock_(base::make_system_clock()),
         wire_(lay(tic_)),
         peer_(tic_),
-        table_(base::ConfigTable::parse(lab_table(world.serial, wire_->transport()), "rig.toml")),
-        entry_(load_module("tic_axis", {std::filesystem::path(RIG_BINARY_DIR) / "lib"})) {}
+        module_{"tic_axis", lab_table(world.serial, wire_->transport()), folder_.path()} {}
 
   [[nodiscard]] std::string name() const override { return name_; }
   [[nodiscard]] base::Result<std::vector<Device>> open() override {
-    if (!table_) return base::pass(table_);
-    if (!entry_) return base::pass(entry_);
-    return (*entry_)->open(
-        {"tic", *table_, folder_.path(), *clock_, [](base::LogLevel, std::string_view) {}});
+    return conformance::open_module(module_, *clock_);
+  }
+  [[nodiscard]] base::Result<std::unique_ptr<conformance::Victim>> start_victim(
+      const conformance::Task& task) override {
+    return conformance::start_victim(module_, task);
   }
   [[nodiscard]] base::Clock& clock() override { return *clock_; }
   void reset() override {
@@ -138,8 +138,7 @@ class TicBench final : public conformance::Bench {
   const std::unique_ptr<base::Clock> clock_;
   const std::unique_ptr<TicWire> wire_;
   TicPeer peer_;
-  const base::Result<base::ConfigTable> table_;
-  const base::Result<const ModuleEntry*> entry_;
+  const conformance::ModuleUnderTest module_;
 };
 
 }  // namespace
