@@ -26,6 +26,12 @@ constexpr base::Duration kStartLag = milliseconds(150);
 constexpr std::int32_t kFarthest = 999'999'999;
 constexpr double kSteps = 1e4;  // of V and A: four digits behind the point
 
+Result<void> within_reach(std::int32_t target) {
+  if (std::abs(target) <= kFarthest) return {};
+  return fail(ErrorCode::bad_input,
+              fmt::format("{} counts are beyond what the controller can be sent to", target));
+}
+
 }  // namespace
 
 Controller::Controller(const Settings& settings, std::vector<Reference>& references, Link link,
@@ -326,6 +332,7 @@ Result<void> Controller::move_to(std::size_t index, double target_rad, double ve
   if (!sent_at) return pass(sent_at);
   const auto target = axis.settings.axis.scale.counts(target_rad);
   if (!target) return pass(target);
+  if (auto ok = within_reach(*target); !ok) return ok;
   const auto now = ready_to_go(index);
   if (!now) return pass(now);
   if (!now->homed || references_[index].is_lost())
@@ -352,14 +359,11 @@ Result<void> Controller::move_by(std::size_t index, double delta_rad, double vel
   if (!here) return pass(here);
   const auto target = scale.away_from(*here, delta_rad);
   if (!target) return pass(target);
+  if (auto ok = within_reach(*target); !ok) return ok;
   return go(axis, *now, *target, *sent_at);
 }
 
 Result<void> Controller::go(Axis& axis, const Status& now, std::int32_t target, const Rates& rates) {
-  if (std::abs(target) > kFarthest) {
-    return fail(ErrorCode::bad_input,
-                fmt::format("{} counts are beyond what the controller can be sent to", target));
-  }
   const int n = axis.settings.number;
   for (const std::string& command : {std::string("MA1"), "A" + rates.acceleration, "AD" + rates.acceleration,
                                      "V" + rates.velocity, fmt::format("D{}", target)}) {

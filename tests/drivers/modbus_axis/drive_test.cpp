@@ -64,6 +64,9 @@ std::vector<std::uint16_t> registers(sim::wire::ModbusRegisters& drive, std::uin
 class OnALine : public testing::Test {
  protected:
   void open(ModbusLine::Slaves slaves, const std::string& settings) {
+    // Its end takes the link away: the one before ends first.
+    devices_.clear();
+    line_.reset();
     line_ = sim::wire::make_rtu_line(folder_ / "line", std::chrono::microseconds(1750), std::move(slaves));
     auto devices = open_module(
         fmt::format("port = \"{}\"\nanswer_ms = 150\n{}", (folder_ / "line").string(), settings), *clock_);
