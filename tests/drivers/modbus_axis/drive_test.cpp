@@ -416,7 +416,9 @@ TEST_F(OrientalCvd, ReadsTheCommandedPosition) {
   EXPECT_FALSE(state.homed);
   EXPECT_FALSE(state.temperature_c.has_value());
   EXPECT_FALSE(axis().capabilities().keeps_position_unpowered);
-  // There is no other in a drive without an encoder.
+}
+
+TEST_F(OrientalCvd, HasNoDetectedPosition) {
   open_one("[axis.pan.drive]\nreadback = 0x00CC\n");
   const auto wrong = axis().state();
   ASSERT_FALSE(wrong.has_value());
