@@ -43,19 +43,23 @@ TEST_F(Stream, AFrameOfAnEndedExposureThatComesDuringTheNextIsNotDelivered) {
     SCOPED_TRACE(chunks);
     Rig rig(kGige + "chunks = " + chunks + "\n");
     expect_frame(rig, 1e-3);
-    ASSERT_TRUE(camera.command("delay 400"));
-    ASSERT_TRUE(rig.camera().trigger(0.02, 1).has_value());
-    std::this_thread::sleep_for(std::chrono::milliseconds(60));
-    ASSERT_TRUE(rig.camera().abort().has_value());
-    const auto begun = std::chrono::steady_clock::now();
-    ASSERT_TRUE(rig.camera().trigger(0.29, 1).has_value());
-    ASSERT_LT(std::chrono::steady_clock::now() - begun, std::chrono::milliseconds(330))
-        << "the old frame has come before the trigger: this shows nothing";
-    const auto frame = rig.wait_for_frame();
-    ASSERT_TRUE(frame.has_value() && frame->has_value());
-    ASSERT_TRUE(rig.painted().has_value());
-    EXPECT_EQ(rig.painted()->exposure_us, 290000U);
-    expect_frame(rig, 1e-3);
+    int shown = 0;
+    for (int i = 0; i < 5 && shown == 0; ++i) {
+      ASSERT_TRUE(camera.command("delay 480"));
+      ASSERT_TRUE(rig.camera().trigger(0.02, 1).has_value());
+      std::this_thread::sleep_for(std::chrono::milliseconds(60));
+      ASSERT_TRUE(rig.camera().abort().has_value());
+      const auto begun = std::chrono::steady_clock::now();
+      ASSERT_TRUE(rig.camera().trigger(0.29, 1).has_value());
+      // On a busy machine the old frame comes before the trigger: that shows nothing.
+      if (std::chrono::steady_clock::now() - begun < std::chrono::milliseconds(380)) ++shown;
+      const auto frame = rig.wait_for_frame();
+      ASSERT_TRUE(frame.has_value() && frame->has_value());
+      ASSERT_TRUE(rig.painted().has_value());
+      EXPECT_EQ(rig.painted()->exposure_us, 290000U);
+      expect_frame(rig, 1e-3);
+    }
+    EXPECT_EQ(shown, 1);
   }
 }
 
