@@ -47,7 +47,9 @@ TEST(ModbusScan, WithAGigECameraAndADmxLight) {
 
   RealRigToml toml;
   toml.module("drives", "modbus_axis",
-              fmt::format("port = \"{}\"\nbaud = 115200\nparity = \"none\"\n", (folder / "modbus").string()) +
+              // A busy machine may keep the simulated drives waiting.
+              fmt::format("port = \"{}\"\nbaud = 115200\nparity = \"none\"\nanswer_ms = 260\ncall_ms = 900\n",
+                          (folder / "modbus").string()) +
                   drive("roll", 1, "leadshine_pr", 0) + drive("tilt", 2, "leadshine_pr", 0) +
                   drive("pan", 3, "oriental_az", 0) + drive("arm", 4, "oriental_az", 45));
   for (const std::string axis : {"roll", "tilt", "pan", "arm"}) toml.part("axis." + axis, "drives", axis);
