@@ -69,11 +69,11 @@ double fit_with_ceres(const std::vector<appearance::Sample>& samples) {
   return best;
 }
 
-void FitLafortune(benchmark::State& state) {
+void fit_beside_ceres(benchmark::State& state) {
   const auto samples = make_samples(static_cast<std::size_t>(state.range(0)));
   double ours_s = 0;
   double ceres_s = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const auto begin = Steady::now();
     benchmark::DoNotOptimize(appearance::fit_lafortune(samples));
     const auto middle = Steady::now();
@@ -86,6 +86,6 @@ void FitLafortune(benchmark::State& state) {
   }
   state.counters["ceres_time_over_ours"] = ceres_s / ours_s;
 }
-BENCHMARK(FitLafortune)->Arg(66)->Arg(350)->UseManualTime()->Unit(benchmark::kMicrosecond);
+BENCHMARK(fit_beside_ceres)->Arg(66)->Arg(350)->UseManualTime()->Unit(benchmark::kMicrosecond);
 
 }  // namespace

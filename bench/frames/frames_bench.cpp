@@ -74,11 +74,15 @@ int main(int argc, char** argv) {
   CLI::App app{"a frame of 24 MiB on its way to a client on the same machine"};
   app.add_option("--rounds", rounds, "of each way")->check(CLI::Range(1, 1000));
   if (const auto status = base::parse_command_line(app, argc, argv)) return *status;
-  const fs::path folder = fs::current_path() / fmt::format("bench-frames-{}", ::getpid());
-  fs::create_directories(folder);
+  std::error_code error;
+  const fs::path folder = fs::absolute(fmt::format("bench-frames-{}", ::getpid()), error);
+  if (!error) fs::create_directories(folder, error);
+  if (error) {
+    std::fprintf(stderr, "bench_frames: cannot make a folder here: %s\n", error.message().c_str());
+    return 1;
+  }
   const auto fine = run(folder, rounds);
-  std::error_code left_behind;
-  fs::remove_all(folder, left_behind);
+  fs::remove_all(folder, error);
   if (!fine) {
     std::fprintf(stderr, "bench_frames: %s\n", fine.error().text().c_str());
     return 1;

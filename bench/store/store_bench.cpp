@@ -77,7 +77,7 @@ void CommitPose(benchmark::State& state) {
   double ours_s = 0;
   double bare_s = 0;
   std::int64_t row = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const auto begin = Steady::now();
     if (auto ok = commit_pose(scan, *journal, row, pixels); !ok)
       return state.SkipWithError(ok.error().text().c_str());
