@@ -1,6 +1,7 @@
 #include "tests/drivers/v4l2_camera/bench.h"
 
-#include "drivers/v4l2_camera/devices.h"
+#include "drivers/conformance/module_under_test.h"
+#include "tests/core/temporary_folder.h"
 #include "tests/drivers/v4l2_camera/support.h"
 
 namespace rig::drivers::v4l2 {
@@ -57,10 +58,11 @@ class SocketBench final : public conformance::Bench {
  public:
   [[nodiscard]] std::string name() const override { return "v4l2_camera"; }
   [[nodiscard]] base::Result<std::vector<Device>> open() override {
-    const auto table = base::ConfigTable::parse(
-        "device = \"" + device_of(path_) + "\"\npixel_format = \"SBGGR12\"\n", "camera.toml");
-    if (!table) return base::pass(table);
-    return open_devices({"v4l2", *table, "", *clock_, nullptr});
+    return conformance::open_module(module_, *clock_);
+  }
+  [[nodiscard]] base::Result<std::unique_ptr<conformance::Victim>> start_victim(
+      const conformance::Task& task) override {
+    return conformance::start_victim(module_, task);
   }
   [[nodiscard]] base::Clock& clock() override { return *clock_; }
   void reset() override { device_.plug(); }
@@ -85,7 +87,10 @@ class SocketBench final : public conformance::Bench {
   }
 
   std::unique_ptr<base::Clock> clock_ = base::make_system_clock();
+  const test::TemporaryFolder folder_;
   const std::filesystem::path path_ = socket_path();
+  const conformance::ModuleUnderTest module_{
+      "v4l2_camera", "device = \"" + device_of(path_) + "\"\npixel_format = \"SBGGR12\"\n", folder_.path()};
   sim::wire::V4l2Camera device_{path_, options()};
   Plug wire_{device_};
   Peer peer_{device_};
