@@ -91,14 +91,14 @@ class TicBench final : public conformance::Bench {
  public:
   TicBench(std::string name, const sim::wire::TicWorld& world,
            const std::function<std::unique_ptr<TicWire>(sim::wire::Tic&)>& lay,
-           std::chrono::milliseconds stop_bound)
+           std::chrono::milliseconds stop_bound, const std::string& module_settings)
       : name_(std::move(name)),
         stop_bound_(stop_bound),
         tic_(world, bench_settings()),
         clock_(base::make_system_clock()),
         wire_(lay(tic_)),
         peer_(tic_),
-        module_{"tic_axis", lab_table(world.serial, wire_->transport()), folder_.path()} {}
+        module_{"tic_axis", module_settings + lab_table(world.serial, wire_->transport()), folder_.path()} {}
 
   [[nodiscard]] std::string name() const override { return name_; }
   [[nodiscard]] base::Result<std::vector<Device>> open() override {
@@ -145,9 +145,9 @@ class TicBench final : public conformance::Bench {
 
 std::unique_ptr<conformance::Bench> make_bench_on(
     const std::string& name, const sim::wire::TicWorld& world,
-    const std::function<std::unique_ptr<TicWire>(sim::wire::Tic&)>& lay,
-    std::chrono::milliseconds stop_bound) {
-  return std::make_unique<TicBench>(name, world, lay, stop_bound);
+    const std::function<std::unique_ptr<TicWire>(sim::wire::Tic&)>& lay, std::chrono::milliseconds stop_bound,
+    const std::string& module_settings) {
+  return std::make_unique<TicBench>(name, world, lay, stop_bound, module_settings);
 }
 
 std::unique_ptr<conformance::Bench> make_bench() {

@@ -23,8 +23,8 @@ class TicWire : public conformance::Wire {
 /// `stop_bound`.
 [[nodiscard]] std::unique_ptr<conformance::Bench> make_bench_on(
     const std::string& name, const sim::wire::TicWorld& world,
-    const std::function<std::unique_ptr<TicWire>(sim::wire::Tic&)>& lay,
-    std::chrono::milliseconds stop_bound);
+    const std::function<std::unique_ptr<TicWire>(sim::wire::Tic&)>& lay, std::chrono::milliseconds stop_bound,
+    const std::string& module_settings = {});
 
 /// At a Unix socket.
 [[nodiscard]] std::unique_ptr<conformance::Bench> make_bench();

@@ -22,6 +22,7 @@ name = "tic"
 file = "tic_axis"
 [module.settings]
 answer_ms = 2000
+call_ms = 7000
 silence_ms = 30000
 [module.settings.axis.arm]
 serial = "00123456"
