@@ -39,9 +39,7 @@ void home_next(const Setup& setup, State& state, Actions& actions) {
   state.axes[i].target_rad = axis.home_rad;
   actions.push_back(EnableAxis{i});
   actions.push_back(HomeAxis{i});
-  // Where it stands is not known before it is homed: the whole travel, at the reduced speed.
-  expect(state, machine::travel_time_s(axis.max_rad - axis.min_rad, axis.jog_velocity_rad_s,
-                                       axis.max_acceleration_rad_s2));
+  expect(state, homing_time_s(setup, i));
   motion.poll_at = state.now + seconds(kPollAgain_s);
 }
 
@@ -137,6 +135,13 @@ std::optional<MotionEnd> evaluate_move(const Setup& setup, State& state, Actions
 }
 
 }  // namespace
+
+double homing_time_s(const Setup& setup, std::size_t axis) {
+  const machine::AxisConfig& config = setup.rig.axes[axis];
+  const double velocity = std::min(config.jog_velocity_rad_s,
+                                   setup.homing_velocity_rad_s[axis].value_or(config.jog_velocity_rad_s));
+  return machine::travel_time_s(config.max_rad - config.min_rad, velocity, config.max_acceleration_rad_s2);
+}
 
 void begin_homing(const Setup& setup, State& state, Actions& actions, std::vector<std::size_t> axes,
                   std::optional<Asker> asker) {

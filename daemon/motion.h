@@ -10,6 +10,10 @@
 
 namespace rig::daemon {
 
+/// How long homing an axis may take: over its whole travel, since where it stands is not known, at the
+/// reduced speed, or at the drive's own where that is slower.
+[[nodiscard]] double homing_time_s(const Setup& setup, std::size_t axis);
+
 /// Starts to home these axes one after the other.
 void begin_homing(const Setup& setup, State& state, Actions& actions, std::vector<std::size_t> axes,
                   std::optional<Asker> asker);

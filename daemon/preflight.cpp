@@ -7,6 +7,7 @@
 #include "core/machine/motion.h"
 #include "daemon/job_course.h"
 #include "daemon/lamp.h"
+#include "daemon/motion.h"
 #include "daemon/reference_looks.h"
 #include "daemon/space.h"
 
@@ -39,10 +40,7 @@ bool begins_at_once(const State& state) {
 double homing_s(const Setup& setup, const State& state) {
   double sum = 0;
   for (std::size_t i = 0; i < kAxisCount; ++i) {
-    const machine::AxisConfig& axis = setup.rig.axes[i];
-    if (homed(state.axes[i])) continue;
-    sum += machine::travel_time_s(axis.max_rad - axis.min_rad, axis.jog_velocity_rad_s,
-                                  axis.max_acceleration_rad_s2);
+    if (!homed(state.axes[i])) sum += homing_time_s(setup, i);
   }
   return sum;
 }

@@ -167,6 +167,9 @@ Result<void> run(const Options& options) {
   Setup setup{std::move(*rig), (*devices)->camera->capabilities(), (*devices)->light->capabilities(),
               kVersion};
   setup.state_folder = state_folder;
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    setup.homing_velocity_rad_s[i] = (*devices)->axes[i]->capabilities().homing_velocity_rad_s;
+  }
   const std::string name = setup.rig.name;
   protocol::ServerOptions listening = server_options(options, setup.rig.access);
   Notifier notifier(setup.rig.unattended.notify);

@@ -35,6 +35,8 @@ struct Setup {
   drivers::LightCapabilities light;
   std::string version;
   std::filesystem::path state_folder{};
+  /// As the drivers say; nothing: one cannot.
+  std::array<std::optional<double>, kAxisCount> homing_velocity_rad_s{};
 };
 
 /// A client's request that is still to be answered.

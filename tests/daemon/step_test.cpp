@@ -3,6 +3,8 @@
 #include <limits>
 
 #include "core/base/units.h"
+#include "core/machine/motion.h"
+#include "daemon/motion.h"
 #include "tests/daemon/rig_model.h"
 #include "tests/daemon/small_setup.h"
 
@@ -142,6 +144,21 @@ protocol::Request jog_request(const std::string& axis, double by_deg) {
   request.mutable_jog()->set_axis(axis);
   request.mutable_jog()->set_by_deg(by_deg);
   return request;
+}
+
+// A drive that homes more slowly than the reduced speed is not stopped for it.
+TEST(Homing, MayTakeTheTimeOfTheSlowerOfBothSpeeds) {
+  constexpr std::size_t kPanAxis = 2;
+  daemon::Setup setup = small_setup();
+  const machine::AxisConfig& pan = setup.rig.axes[kPanAxis];
+  const auto over_its_travel_s = [&](double velocity_rad_s) {
+    return machine::travel_time_s(pan.max_rad - pan.min_rad, velocity_rad_s, pan.max_acceleration_rad_s2);
+  };
+  EXPECT_DOUBLE_EQ(homing_time_s(setup, kPanAxis), over_its_travel_s(pan.jog_velocity_rad_s));
+  setup.homing_velocity_rad_s[kPanAxis] = pan.jog_velocity_rad_s / 4;
+  EXPECT_DOUBLE_EQ(homing_time_s(setup, kPanAxis), over_its_travel_s(pan.jog_velocity_rad_s / 4));
+  setup.homing_velocity_rad_s[kPanAxis] = pan.jog_velocity_rad_s * 4;
+  EXPECT_DOUBLE_EQ(homing_time_s(setup, kPanAxis), over_its_travel_s(pan.jog_velocity_rad_s));
 }
 
 // Before homing. Pan stands at 12 degrees by its own count.
