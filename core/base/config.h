@@ -64,7 +64,8 @@ class ConfigTable {
   /// driver).
   void leave_to_others() const;
 
-  /// How many errors the whole document has noted so far, and all of them as one Error: for a reader of a part.
+  /// How many errors the whole document has noted so far, and all of them as one Error: for a reader of a
+  /// part.
   [[nodiscard]] std::size_t errors() const;
   [[nodiscard]] Result<void> noted() const;
 

@@ -126,7 +126,7 @@ struct RigConfig {
   CameraConfig camera;
   LightConfig light;
   CarrierConfig carrier;
-  std::optional<LineRef> emergency_stop;  ///< input that says the hardware cut drive power
+  std::optional<LineRef> emergency_stop;      ///< input that says the hardware cut drive power
   std::optional<TriggerLine> camera_trigger;  ///< none: by the camera's own command
   Deadlines deadlines;
   Bodies bodies;

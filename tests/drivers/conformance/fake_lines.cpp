@@ -36,7 +36,9 @@ class FakeLines final : public DigitalIo {
   FakeLines(const FakeLines&) = delete;
   FakeLines& operator=(const FakeLines&) = delete;
 
-  [[nodiscard]] std::vector<Line> lines() const override { return {{"button", false}, {"relay", true, false}}; }
+  [[nodiscard]] std::vector<Line> lines() const override {
+    return {{"button", false}, {"relay", true, false}};
+  }
 
   [[nodiscard]] Result<std::vector<bool>> read() override {
     const auto read = line_.ask({kLinesRead}, FakeLinesBox::kReadValues);
