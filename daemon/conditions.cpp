@@ -211,11 +211,9 @@ void leave(State& state, Actions& actions, const Rule& rule, std::uint64_t job) 
 void pass_limit(const Setup& setup, State& state, Actions& actions, const Rule& rule, std::uint64_t job) {
   ConditionTrack& track = track_of(state, rule.condition);
   track.limit_passed = true;
-  const machine::SuspendConfig& suspend = setup.rig.unattended.suspend;
-  const std::string reason =
-      fmt::format("suspended for more than {:.0f} s: {}", suspend.*rule.limit_s, track.reason);
+  const std::string reason = fmt::format("suspended for more than {:.0f} s: {}", track.limit_s, track.reason);
   // Behind a stop the next job could not begin either.
-  if (suspend.fail_at_limit && rule.condition != Condition::stopped) {
+  if (setup.rig.unattended.suspend.fail_at_limit && rule.condition != Condition::stopped) {
     end_job(setup, state, actions, job, JobEntry::State::failed, reason);
     return;
   }
@@ -265,8 +263,7 @@ void watch_conditions(const Setup& setup, State& state, Actions& actions) {
     } else {
       track.turning.reset();
     }
-    if (track.on && !track.limit_passed &&
-        state.now - track.since >= seconds(setup.rig.unattended.suspend.*rule.limit_s)) {
+    if (track.on && !track.limit_passed && state.now - track.since >= seconds(track.limit_s)) {
       pass_limit(setup, state, actions, rule, job);
       tell = "held";
       changed = true;

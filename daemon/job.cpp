@@ -7,6 +7,7 @@
 #include "daemon/exposure_strategy.h"
 #include "daemon/lamp.h"
 #include "daemon/messages.h"
+#include "daemon/motion.h"
 #include "daemon/safety.h"
 #include "daemon/visit.h"
 
@@ -248,9 +249,7 @@ void advance_job(const Setup& setup, State& state, Actions& actions) {
     if (job.phase != ActiveJob::Phase::running || visit_comes_first(setup, state)) return;
   }
   if (!job.current && !job.rows.empty() && !state.motion && !state.snap && state.now >= job.not_before) {
-    const bool referenced = std::all_of(state.axes.begin(), state.axes.end(),
-                                        [](const AxisTrack& axis) { return axis.last.homed; });
-    if (referenced) {
+    if (all_homed(state)) {
       start_pose(setup, state, actions);
     } else if (!job.storing) {
       job.phase = ActiveJob::Phase::homing;  // a drive that lost its reference need not cost every pose

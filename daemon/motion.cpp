@@ -136,6 +136,11 @@ std::optional<MotionEnd> evaluate_move(const Setup& setup, State& state, Actions
 
 }  // namespace
 
+bool all_homed(const State& state) {
+  return std::all_of(state.axes.begin(), state.axes.end(),
+                     [](const AxisTrack& axis) { return axis.last.homed; });
+}
+
 double homing_time_s(const Setup& setup, std::size_t axis) {
   const machine::AxisConfig& config = setup.rig.axes[axis];
   const double velocity = std::min(config.jog_velocity_rad_s,

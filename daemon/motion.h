@@ -14,6 +14,9 @@ namespace rig::daemon {
 /// reduced speed, or at the drive's own where that is slower.
 [[nodiscard]] double homing_time_s(const Setup& setup, std::size_t axis);
 
+/// Whether every axis is, as last read.
+[[nodiscard]] bool all_homed(const State& state);
+
 /// Starts to home these axes one after the other.
 void begin_homing(const Setup& setup, State& state, Actions& actions, std::vector<std::size_t> axes,
                   std::optional<Asker> asker);

@@ -5,6 +5,7 @@
 #include "daemon/exposing.h"
 #include "daemon/job.h"
 #include "daemon/messages.h"
+#include "daemon/motion.h"
 #include "daemon/place.h"
 #include "daemon/reference_looks.h"
 #include "daemon/visit_verdict.h"
@@ -132,9 +133,7 @@ bool stands(const State& state) {
 
 void begin(const Setup& setup, State& state, Actions& actions, Kind kind) {
   if (!stands(state)) return;  // the regular look will tell
-  const bool referenced = std::all_of(state.axes.begin(), state.axes.end(),
-                                      [](const AxisTrack& axis) { return axis.last.homed; });
-  if (!referenced) {
+  if (!all_homed(state)) {
     state.job->phase = ActiveJob::Phase::homing;
     return;
   }

@@ -4,12 +4,11 @@
 #include <cstdio>
 #include <exception>
 #include <map>
-#include <poll.h>
-#include <unistd.h>
 
 #include "core/base/command_line.h"
 #include "core/base/interrupt.h"
 #include "sim/wire/control_socket.h"
+#include "sim/wire/order_lines.h"
 #include "sim/wire/tic.h"
 #include "sim/wire/tic_orders.h"
 #include "sim/wire/vhci.h"
@@ -76,27 +75,6 @@ void obey(Tic& tic, Place& place, const std::string& line) {
   }
 }
 
-// Until somebody asks it to end; when the orders end the Tic goes on.
-void serve(Tic& tic, Place& place) {
-  constexpr int kTurn_ms = 50;
-  std::string come;
-  pollfd input{STDIN_FILENO, POLLIN, 0};
-  while (!base::interrupted()) {
-    if (::poll(&input, 1, kTurn_ms) <= 0) continue;
-    std::array<char, 1024> buffer{};
-    const ssize_t n = ::read(STDIN_FILENO, buffer.data(), buffer.size());
-    if (n <= 0) {
-      input.fd = -1;
-      continue;
-    }
-    come.append(buffer.data(), static_cast<std::size_t>(n));
-    for (auto end = come.find('\n'); end != std::string::npos; end = come.find('\n')) {
-      obey(tic, place, come.substr(0, end));
-      come.erase(0, end + 1);
-    }
-  }
-}
-
 int run(int argc, char** argv) {
   CLI::App app("A simulated Pololu Tic on this machine's USB (needs root and the kernel module vhci-hcd).");
   Options options;
@@ -127,7 +105,7 @@ int run(int argc, char** argv) {
   if (const auto plugged = place.plug(); !plugged) return complain(plugged.error());
   std::printf("ready\n");
   std::fflush(stdout);
-  serve(tic, place);
+  serve_order_lines([&](const std::string& line) { obey(tic, place, line); });
   return 0;
 }
 

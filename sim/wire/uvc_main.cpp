@@ -1,13 +1,11 @@
 // rig-sim-uvc: a simulated USB video camera on this machine's USB, through the kernel's virtual host
 // controller. For tests; not installed. Orders come as lines on standard input, and each is answered with a
 // line.
-#include <array>
 #include <cstdio>
-#include <poll.h>
-#include <unistd.h>
 
 #include "core/base/command_line.h"
 #include "core/base/interrupt.h"
+#include "sim/wire/order_lines.h"
 #include "sim/wire/uvc_orders.h"
 #include "sim/wire/uvc_plug.h"
 
@@ -35,27 +33,6 @@ void obey(UvcCamera& camera, UvcPlug& plug, const std::string& line) {
   std::fflush(stdout);
 }
 
-// Until somebody asks it to end; when the orders end the camera goes on.
-void serve(UvcCamera& camera, UvcPlug& plug) {
-  constexpr int kTurn_ms = 50;
-  std::string come;
-  pollfd input{STDIN_FILENO, POLLIN, 0};
-  while (!base::interrupted()) {
-    if (::poll(&input, 1, kTurn_ms) <= 0) continue;
-    std::array<char, 1024> buffer{};
-    const ssize_t n = ::read(STDIN_FILENO, buffer.data(), buffer.size());
-    if (n <= 0) {
-      input.fd = -1;
-      continue;
-    }
-    come.append(buffer.data(), static_cast<std::size_t>(n));
-    for (auto end = come.find('\n'); end != std::string::npos; end = come.find('\n')) {
-      obey(camera, plug, come.substr(0, end));
-      come.erase(0, end + 1);
-    }
-  }
-}
-
 }  // namespace
 
 // NOLINTNEXTLINE(bugprone-exception-escape): what is thrown here is a bug and shall end the program as one.
@@ -73,6 +50,6 @@ int main(int argc, char** argv) {
   if (const auto plugged = plug.plug(); !plugged) return complain(plugged.error());
   std::printf("ready\n");
   std::fflush(stdout);
-  serve(camera, plug);
+  serve_order_lines([&](const std::string& line) { obey(camera, plug, line); });
   return 0;
 }
