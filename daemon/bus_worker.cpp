@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include "core/base/thread.h"
+
 namespace rig::daemon {
 
-BusWorker::BusWorker(base::Clock& clock) : clock_(clock), mailbox_(clock) {
-  thread_ = std::thread([this, member = base::ClockMember(clock)] {
+BusWorker::BusWorker(base::Clock& clock, std::string name) : clock_(clock), mailbox_(clock) {
+  thread_ = std::thread([this, name = std::move(name), member = base::ClockMember(clock)] {
+    base::name_thread(name.c_str());
     while (true) {
       const auto transaction = mailbox_.pop();
       if (!transaction) continue;

@@ -28,7 +28,8 @@ class BusWorker {
   /// What a later transaction may make pointless: the motion of one axis, say. 0 is no group.
   using Group = int;
 
-  explicit BusWorker(base::Clock& clock);
+  /// `name` is what its thread is called (base::name_thread).
+  BusWorker(base::Clock& clock, std::string name);
   /// Carries out what is queued, then ends.
   ~BusWorker();
   BusWorker(const BusWorker&) = delete;

@@ -46,7 +46,7 @@ Result<Kind*> cast_part(OpenDevices& open, const std::vector<Opened>& modules, b
                 fmt::format("device '{}' of module '{}' is of another kind", ref.device, ref.module), part);
   }
   auto& made = open.workers[ref.module + "/" + device->bus];
-  if (!made) made = std::make_unique<BusWorker>(clock);
+  if (!made) made = std::make_unique<BusWorker>(clock, device->bus);
   *worker = made.get();
   return held->get();
 }

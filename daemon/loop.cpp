@@ -214,6 +214,9 @@ void Loop::hand_to_local_clients(FrameSlot slot, const drivers::FrameInfo& info)
   const protocol::FrameBuffer& buffer = pool_.buffer(slot);
   protocol::LocalFrame frame;
   frame.set_generation(buffer.complete());
+  // Of the machine's own time, whatever clock the rig goes by: a client compares it with its own.
+  frame.set_complete_ns(static_cast<std::uint64_t>(
+      std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count()));
   frame.set_slot(static_cast<std::uint32_t>(slot.index));
   frame.set_width(static_cast<std::uint32_t>(setup_.camera.width));
   frame.set_height(static_cast<std::uint32_t>(setup_.camera.height));

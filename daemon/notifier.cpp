@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/base/log.h"
+#include "core/base/thread.h"
 
 namespace rig::daemon {
 
@@ -95,7 +96,11 @@ Result<void> run_notify(const machine::NotifyConfig& notify, const std::string& 
 }
 
 Notifier::Notifier(machine::NotifyConfig notify) : notify_(std::move(notify)) {
-  if (!notify_.command.empty()) thread_ = std::thread([this] { run(); });
+  if (notify_.command.empty()) return;
+  thread_ = std::thread([this] {
+    base::name_thread("notifier");
+    run();
+  });
 }
 
 Notifier::~Notifier() {

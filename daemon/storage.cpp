@@ -5,6 +5,7 @@
 
 #include "core/base/files.h"
 #include "core/base/log.h"
+#include "core/base/thread.h"
 #include "core/scan/scan_directory.h"
 #include "daemon/frame_piece.h"
 #include "daemon/look.h"
@@ -29,7 +30,12 @@ Storage::Storage(base::Clock& clock, const machine::RigConfig& rig, std::string 
       pass_on_(std::move(pass_on)),
       tell_(std::move(tell)),
       mailbox_(clock) {
-  thread_ = std::thread([this, member = base::ClockMember(clock)] { run(); });
+  thread_ = std::thread([this, member = base::ClockMember(clock)] {
+    base::name_thread("storage");
+    // Nobody waits for the hashing and writing of a frame, but for an answer somebody does.
+    base::give_way_to_others();
+    run();
+  });
 }
 
 Storage::~Storage() {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/log.h"
+#include "core/base/thread.h"
 
 namespace rig::daemon {
 
@@ -24,7 +25,10 @@ Watchdog::Watchdog(std::vector<WatchedPart> parts, std::chrono::microseconds per
       feed_(std::move(feed)),
       answers_(std::make_shared<Answers>()) {
   answers_->awaited.assign(parts_.size(), false);
-  thread_ = std::thread([this] { run(); });
+  thread_ = std::thread([this] {
+    base::name_thread("watchdog");
+    run();
+  });
 }
 
 Watchdog::~Watchdog() {

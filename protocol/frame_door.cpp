@@ -15,6 +15,7 @@
 #include <unistd.h>
 #include <vector>
 
+#include "core/base/thread.h"
 #include "protocol/socket_folder.h"
 
 namespace rig::protocol {
@@ -135,7 +136,10 @@ base::Result<std::unique_ptr<FrameDoor>> FrameDoor::open(const fs::path& folder,
   if (::listen(fd, kWaitingToConnect) != 0)
     return fail(ErrorCode::io, fmt::format("cannot listen: {}", std::strerror(errno)), name);
   State* running = state.get();
-  state->thread = std::thread([running] { running->run(); });
+  state->thread = std::thread([running] {
+    base::name_thread("frames");
+    running->run();
+  });
   return std::unique_ptr<FrameDoor>(new FrameDoor(std::move(state)));
 }
 

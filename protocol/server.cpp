@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "core/base/log.h"
+#include "core/base/thread.h"
 #include "protocol/doors.h"
 #include "protocol/envelope.h"
 #include "protocol/gate.h"
@@ -356,7 +357,10 @@ Result<std::unique_ptr<Server>> Server::start(const ServerOptions& options, Hand
     state->network_endpoint = state->doors.back().endpoint;
   }
   State* running = state.get();
-  state->thread = std::thread([running] { running->run(); });
+  state->thread = std::thread([running] {
+    base::name_thread("socket");
+    running->run();
+  });
   return std::unique_ptr<Server>(new Server(std::move(state)));
 }
 

@@ -16,13 +16,32 @@ using bench::Latencies;
 constexpr double kMost_us = 1000;
 constexpr double kLeastTimesFaster = 200;  // than INDI
 constexpr int kOursPerRound = 10;          // the others take long
+constexpr int kRigdFramesPerRound = 3;     // rigd stores them
 
 void print(const char* name, const Latencies& latencies) {
   std::printf("%-40s p50 %9.0f us   p99 %9.0f us   of %zu\n", name, latencies.quantile_us(0.5),
               latencies.quantile_us(0.99), latencies.count());
 }
 
-base::Result<bool> run(const fs::path& folder, int rounds) {
+// rigd at work, alone: it would take from the others' turns.
+base::Result<bool> run_rigd(const fs::path& folder, int frames) {
+  auto way = bench::RigdWay::open(folder, frames);
+  if (!way) return base::pass(way);
+  Latencies latencies;
+  for (int i = 0; i < frames; ++i) {
+    const auto took = way->pass();
+    if (!took) return base::pass(took);
+    latencies.add(*took);
+  }
+  print("from rigd while it takes and stores", latencies);
+  const double typical_us = latencies.quantile_us(0.5);
+  const bool fine = typical_us <= kMost_us;
+  std::printf("from rigd, p50 over %.0f us: %.2f (at most 1)%s\n", kMost_us, typical_us / kMost_us,
+              fine ? "" : "  TOO MUCH");
+  return fine;
+}
+
+base::Result<bool> run_ways(const fs::path& folder, int rounds) {
   auto ours = bench::DescriptorWay::open(folder);
   if (!ours) return base::pass(ours);
   std::optional<bench::IndiWay> indi;
@@ -81,7 +100,15 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "bench_frames: cannot make a folder here: %s\n", error.message().c_str());
     return 1;
   }
-  const auto fine = run(folder, rounds);
+  auto fine = run_ways(folder, rounds);
+  if (fine) {
+    const auto rigd_fine = run_rigd(folder / "rigd", rounds * kRigdFramesPerRound);
+    if (!rigd_fine) {
+      fine = rigd_fine;
+    } else {
+      *fine &= *rigd_fine;
+    }
+  }
   fs::remove_all(folder, error);
   if (!fine) {
     std::fprintf(stderr, "bench_frames: %s\n", fine.error().text().c_str());

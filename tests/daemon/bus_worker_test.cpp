@@ -17,7 +17,7 @@ std::string order_of(Body&& body) {
     // Outlive the worker, which may still look at them while it ends.
     std::promise<void> started;
     std::promise<void> go;
-    BusWorker worker(*clock);
+    BusWorker worker(*clock, "worker");
     worker.queue([&] {
       started.set_value();
       go.get_future().wait();
@@ -77,7 +77,7 @@ class MovedClock final : public base::Clock {
 
 TEST(BusWorker, TellsOnceOfATransactionThatOutlastsItsBound) {
   MovedClock clock;
-  BusWorker worker(clock);
+  BusWorker worker(clock, "worker");
   std::promise<void> started;
   std::promise<void> go;
   worker.queue(
@@ -101,7 +101,7 @@ TEST(BusWorker, TellsOnceOfATransactionThatOutlastsItsBound) {
 
 TEST(BusWorker, TellsOfATransactionThatCameBackLate) {
   MovedClock clock;
-  BusWorker worker(clock);
+  BusWorker worker(clock, "worker");
   worker.queue([&] { clock.pass(3); }, 1, {"axis pan: a command", base::seconds(2)});
   worker.queue([&] { clock.pass(3); });  // has no bound
   worker.queue_first([&] { clock.pass(1.5); }, 2, {"axis pan: a stop", base::seconds(2)});

@@ -25,8 +25,8 @@ TEST(Watchdog, FeedsAgainAndAgainWhileAllAnswer) {
   const test::TemporaryFolder folder;
   const test::NotifySocket manager(folder / "notify");
   const auto clock = base::make_system_clock();
-  BusWorker first(*clock);
-  BusWorker second(*clock);
+  BusWorker first(*clock, "first");
+  BusWorker second(*clock, "second");
   const Watchdog watchdog({part_of("first", first), part_of("second", second)}, kPeriod, &notify_alive);
   for (int i = 0; i < 5; ++i) EXPECT_EQ(manager.next(kPatience), "WATCHDOG=1");
 }
@@ -35,8 +35,8 @@ TEST(Watchdog, OneBlockedPartEndsTheFeedingAndItsAnswerBeginsItAgain) {
   const test::TemporaryFolder folder;
   const test::NotifySocket manager(folder / "notify");
   const auto clock = base::make_system_clock();
-  BusWorker well(*clock);
-  BusWorker ill(*clock);
+  BusWorker well(*clock, "well");
+  BusWorker ill(*clock, "ill");
   const Watchdog watchdog({part_of("well", well), part_of("ill", ill)}, kPeriod, &notify_alive);
   ASSERT_EQ(manager.next(kPatience), "WATCHDOG=1");
 
