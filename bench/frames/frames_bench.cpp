@@ -86,6 +86,14 @@ base::Result<bool> run_ways(const fs::path& folder, int rounds) {
   return fine;
 }
 
+base::Result<bool> run(const fs::path& folder, int rounds) {
+  const auto ways = run_ways(folder, rounds);
+  if (!ways) return base::pass(ways);
+  const auto rigd = run_rigd(folder / "rigd", rounds * kRigdFramesPerRound);
+  if (!rigd) return base::pass(rigd);
+  return *ways && *rigd;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -93,23 +101,11 @@ int main(int argc, char** argv) {
   CLI::App app{"a frame of 24 MiB on its way to a client on the same machine"};
   app.add_option("--rounds", rounds, "of each way")->check(CLI::Range(1, 1000));
   if (const auto status = base::parse_command_line(app, argc, argv)) return *status;
-  std::error_code error;
-  const fs::path folder = fs::absolute(fmt::format("bench-frames-{}", ::getpid()), error);
-  if (!error) fs::create_directories(folder, error);
-  if (error) {
-    std::fprintf(stderr, "bench_frames: cannot make a folder here: %s\n", error.message().c_str());
-    return 1;
-  }
-  auto fine = run_ways(folder, rounds);
-  if (fine) {
-    const auto rigd_fine = run_rigd(folder / "rigd", rounds * kRigdFramesPerRound);
-    if (!rigd_fine) {
-      fine = rigd_fine;
-    } else {
-      *fine &= *rigd_fine;
-    }
-  }
-  fs::remove_all(folder, error);
+  const fs::path folder = fs::current_path() / fmt::format("bench-frames-{}", ::getpid());
+  fs::create_directories(folder);
+  const auto fine = run(folder, rounds);
+  std::error_code left_behind;
+  fs::remove_all(folder, left_behind);
   if (!fine) {
     std::fprintf(stderr, "bench_frames: %s\n", fine.error().text().c_str());
     return 1;

@@ -59,7 +59,7 @@ Result<Steady::duration> IndiWay::pass() {
   const int bytes = EVP_DecodeBlock(memory.get(), reinterpret_cast<const unsigned char*>(letters.data()),
                                     static_cast<int>(letters.size()));
   const auto seen = Steady::now();
-  constexpr int kFrameBytes = static_cast<int>(kWidth * kHeight * sizeof(std::uint16_t));
+  constexpr int kFrameBytes = static_cast<int>(sizeof(std::uint16_t) * kWidth * kHeight);
   if (bytes < kFrameBytes || memory[0] != 'S')  // a FITS file begins with SIMPLE
     return fail(ErrorCode::damaged, fmt::format("INDI's frame came as {} bytes", bytes));
   // What is told once the BLOB is out, before the next exposure.

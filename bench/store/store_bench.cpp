@@ -65,7 +65,7 @@ base::Result<void> bare(const fs::path& folder, std::int64_t row, const std::vec
   return base::rename_durably(part, folder / ("bare-" + std::to_string(row)));
 }
 
-void CommitPose(benchmark::State& state) {
+void commit_pose(benchmark::State& state) {
   const Folder folder;
   const fs::path scan = folder.path / "scan";
   fs::create_directories(scan / "frames");
@@ -92,6 +92,6 @@ void CommitPose(benchmark::State& state) {
   }
   state.counters["ours_over_bare_time"] = ours_s / bare_s;
 }
-BENCHMARK(CommitPose)->UseManualTime()->Unit(benchmark::kMillisecond)->Iterations(60);
+BENCHMARK(commit_pose)->UseManualTime()->Unit(benchmark::kMillisecond)->Iterations(60);
 
 }  // namespace

@@ -13,6 +13,7 @@
 
 #include "core/base/result.h"
 #include "drivers/aravis_camera/session.h"
+#include "drivers/common/timed_mutex.h"
 
 namespace rig::drivers::aravis {
 
@@ -83,7 +84,7 @@ class Keeper {
   const Log log_;
 
   // Held by whoever uses the session or replaces it, and taken before mutex_.
-  std::timed_mutex use_;
+  TimedMutex use_;
   std::unique_ptr<Session> session_;
 
   mutable std::mutex mutex_;  // of all that follows

@@ -63,10 +63,15 @@ std::vector<std::uint16_t> registers(sim::wire::ModbusRegisters& drive, std::uin
 
 class OnALine : public testing::Test {
  protected:
-  void open(ModbusLine::Slaves slaves, const std::string& settings) {
-    // Its end takes the link away: the one before ends first.
+  // Before the drives, which are of the classes derived from this: the line's thread asks them.
+  void TearDown() override { close(); }
+  void close() {
     devices_.clear();
     line_.reset();
+  }
+  void open(ModbusLine::Slaves slaves, const std::string& settings) {
+    // Its end takes the link away: the one before ends first.
+    close();
     line_ = sim::wire::make_rtu_line(folder_ / "line", std::chrono::microseconds(1750), std::move(slaves));
     auto devices = open_module(
         fmt::format("port = \"{}\"\nanswer_ms = 150\n{}", (folder_ / "line").string(), settings), *clock_);
