@@ -46,6 +46,7 @@ void home_what_needs_it(const Setup& setup, State& state, Actions& actions) {
     if (!state.axes[i].known || state.axes[i].last.moving) return;  // the regular look will tell
     if (!state.axes[i].last.homed) axes.push_back(i);
   }
+  if (!limit_lines_known(setup, state)) return;
   if (!axes.empty()) {
     begin_homing(setup, state, actions, std::move(axes), std::nullopt);
     return;
@@ -248,7 +249,8 @@ void advance_job(const Setup& setup, State& state, Actions& actions) {
     // Put off, it no longer comes first.
     if (job.phase != ActiveJob::Phase::running || visit_comes_first(setup, state)) return;
   }
-  if (!job.current && !job.rows.empty() && !state.motion && !state.snap && state.now >= job.not_before) {
+  if (!job.current && !job.rows.empty() && !state.motion && !state.snap && state.now >= job.not_before &&
+      limit_lines_known(setup, state)) {
     if (all_homed(state)) {
       start_pose(setup, state, actions);
     } else if (!job.storing) {

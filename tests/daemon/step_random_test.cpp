@@ -179,6 +179,7 @@ std::set<std::string> random_losses(base::Random& random) {
   std::set<std::string> gone;
   if (random.below(3) == 0) gone.insert("camera");
   if (random.below(3) == 0) gone.insert("axis " + axis_name(random));
+  if (random.below(3) == 0) gone.insert("lines");
   return gone;
 }
 
@@ -196,6 +197,32 @@ Faults random_faults(base::Random& random) {
   faults.bad_visit = sometimes(0.3);
   faults.late_s = random.below(3) == 0 ? 1 : 0.01;
   return faults;
+}
+
+machine::LinesConfig random_lines(base::Random& random) {
+  machine::LinesConfig lines;
+  const machine::DeviceRef device{"virtual", "lines"};
+  if (random.below(4) != 0) lines.emergency_stop = machine::LineRef{device, "emergency_stop"};
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    for (std::size_t end = 0; end < kEnds; ++end) {
+      if (random.below(2) == 0) lines.limit[i][end] = machine::LineRef{device, machine::limit_part(i, end)};
+    }
+  }
+  return lines;
+}
+
+// Where the switches of limit lines stand: at the ends, or where the axis runs into them.
+void place_switches(base::Random& random, const daemon::Setup& setup, RigModel& model, bool in_the_way) {
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    const machine::AxisConfig& axis = setup.rig.axes[i];
+    const double middle = 0.5 * (axis.min_rad + axis.max_rad);
+    const double away = 0.1;
+    model.line_switch_rad[i] = {axis.min_rad - away, axis.max_rad + away};
+    if (in_the_way && random.below(4) == 0)
+      model.line_switch_rad[i][kLow] = random.uniform(axis.min_rad, middle);
+    if (in_the_way && random.below(4) == 0)
+      model.line_switch_rad[i][kHigh] = random.uniform(middle, axis.max_rad);
+  }
 }
 
 std::string where_it_hangs(const State& state) {
@@ -230,7 +257,11 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     if (random.below(2) == 0) setup.rig.unattended.reference = some_reference();
     if (setup.rig.unattended.reference && random.below(2) == 0)
       setup.rig.unattended.reference->flat = some_flat();
+    if (random.below(2) == 0) setup.rig.lines = random_lines(random);
+    // A reading may be late by one second in some rounds.
+    setup.rig.deadlines.lines_s = 5;
     RigModel model(setup, random_state(random), random.bits());
+    place_switches(random, setup, model, false);
     const std::uint64_t jobs = random.below(3);
     for (std::uint64_t id = 1; id <= jobs; ++id) {
       JobEntry entry;
@@ -253,6 +284,7 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
         if (!calm) {
           if (random.below(40) == 0) model.emergency_stop = !model.emergency_stop;
           if (random.below(20) == 0) model.gone = random_losses(random);
+          if (random.below(20) == 0) place_switches(random, setup, model, random.below(2) == 0);
           if (random.below(20) == 0) model.free_bytes = random.below(2) == 0 ? 1e6 : 1e12;
           if (random.below(20) == 0) lamp = random.below(2) == 0 ? 1 : random.uniform(0, 1.2);
           model.request(random_request(random, model.state().jobs.size()),
@@ -278,8 +310,9 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     model.emergency_stop = false;
     model.gone.clear();
     model.free_bytes = 1e12;
+    place_switches(random, setup, model, false);
     lamp = 1;
-    run(true, 20000, [&] {
+    run(true, 60000, [&] {  // looks at limit lines are steps, too
       return all_jobs_ended(model.state()) && !model.state().motion && !model.state().snap && model.idle();
     });
     ASSERT_TRUE(model.broken().empty()) << "round " << round << ", " << model.broken().front();
