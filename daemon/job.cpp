@@ -182,7 +182,9 @@ void rest(const Setup& setup, State& state, Actions& actions) {
   ActiveJob& job = *state.job;
   if (job.phase == ActiveJob::Phase::opening) return;
   const bool recovers = state.conditions[static_cast<std::size_t>(Condition::light)].on;
-  if (job.resting) {
+  // The last visit is made though the job is suspended. One that gave poses back does not begin them.
+  const bool given_back = job.phase == ActiveJob::Phase::running && !job.rows.empty();
+  if (job.resting && !given_back) {
     // While somebody holds the job he may set the light as he likes.
     if (recovers && find_job(state, job.id)->hold.empty()) light_for_job(setup, state, actions);
     return;
@@ -257,7 +259,8 @@ void advance_job(const Setup& setup, State& state, Actions& actions) {
       job.phase = ActiveJob::Phase::homing;  // a drive that lost its reference need not cost every pose
     }
   }
-  if (!job.current && !job.storing && job.rows.empty()) {
+  // The last pose may have been abandoned just now, and those before it wait for a visit to prove them.
+  if (!job.current && !job.storing && job.rows.empty() && !visit_comes_first(setup, state)) {
     end_job(setup, state, actions, job.id, JobEntry::State::complete, {});
   }
 }
