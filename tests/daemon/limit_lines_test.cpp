@@ -171,16 +171,23 @@ TEST_F(LimitLines, TheDrivesOwnSwitchAndTheLineAreOneLimit) {
   run_until([&] { return !pan().at_high_limit; });
 }
 
-// As with the drive's own switches: it may have to run onto one to find its reference.
+// As with the drive's own switches: it may have to run onto one to find its reference. The arm's home is at
+// 45 degrees, upwards from what a drive that is not homed counts as 0.
 TEST_F(LimitLinesBeforeHoming, HomingIsTheDrivesAndNotStopped) {
+  constexpr std::size_t kArm = 3;
+  daemon::Setup setup = with_limit_lines();
+  setup.rig.lines.limit[kArm] = {machine::LineRef{{"virtual", "lines"}, "arm_low"},
+                                 machine::LineRef{{"virtual", "lines"}, "arm_high"}};
+  model_ = RigModel(setup, standing(false), 1);
   run_for(2);
-  put_low_switch_at(pan_deg() - 5);
-  put_high_switch_at(pan_deg() + 5);
+  model_.line_switch_rad[kArm] = {kNowhere_rad, -kNowhere_rad};  // both pressed
   protocol::Request home;
-  home.mutable_home()->add_axes("pan");
+  home.mutable_home()->add_axes("arm");
   const auto reply = ask(home);
   EXPECT_EQ(reply.outcome(), protocol::DONE) << reply.reason();
-  EXPECT_TRUE(pan().at_high_limit) << "but it is seen";
+  EXPECT_EQ(model_.state().stopped, "");
+  run_for(1);
+  EXPECT_TRUE(model_.state().axes[kArm].last.at_high_limit) << "but it is seen";
 }
 
 TEST(LimitLinesAtTheStart, WhatWasNeverReadIsNotTakenForFree) {
@@ -203,6 +210,18 @@ TEST_F(LimitLines, WhatWasReadTooLongAgoIsNotKnown) {
   EXPECT_TRUE(limit_lines_known(with_limit_lines(), state).has_value());
   state.now += seconds(2.1);
   EXPECT_FALSE(limit_lines_known(with_limit_lines(), state).has_value());
+}
+
+// Also where nothing is lost, but a reading failed: it is asked anew before anything moves.
+TEST_F(LimitLines, WhatADeviceSaidBeforeItFailedIsNotKnown) {
+  run_for(2);
+  const auto known_after = [&](const std::string& device) {
+    const Event failed{model_.now(), DeviceFailed{"it fails", device}};
+    return limit_lines_known(with_limit_lines(), step(with_limit_lines(), model_.state(), failed).state)
+        .has_value();
+  };
+  EXPECT_TRUE(known_after("light"));
+  EXPECT_FALSE(known_after("lines"));
 }
 
 TEST_F(LimitLines, LinesThatAreLostStopWhatMovesUntilTheyAreBack) {
@@ -235,6 +254,25 @@ TEST_F(LimitLines, LinesThatAreLostSuspendTheJobWhichGoesOnWithThem) {
   run_until([&] { return model_.state().jobs[0].state == JobEntry::State::complete; });
   EXPECT_EQ(model_.state().jobs[0].retries, 0);
   EXPECT_EQ(model_.state().jobs[0].abandoned, 0);
+}
+
+TEST_F(LimitLines, AJobWaitsForTheFirstReading) {
+  daemon::Setup setup = with_limit_lines();
+  setup.rig.unattended.reference = some_reference();
+  model_ = RigModel(setup, standing(true), 1);
+  model_.lines_silent = true;
+  JobEntry entry;
+  entry.id = 1;
+  model_.add_job(entry, small_job(2));
+  run_for(60);
+  model_.lines_silent = false;
+  run_until([&] { return model_.state().jobs[0].state == JobEntry::State::complete; });
+  EXPECT_EQ(model_.state().jobs[0].retries, 0);
+  for (const auto& event : model_.events()) {
+    if (event.has_reference_visited()) {
+      EXPECT_TRUE(event.reference_visited().good()) << event.reference_visited().what();
+    }
+  }
 }
 
 TEST_F(LimitLines, LinesThatSayNothingStopAMovingAxisWithinTheirBound) {

@@ -211,17 +211,17 @@ machine::LinesConfig random_lines(base::Random& random) {
   return lines;
 }
 
-// Where the switches of limit lines stand: at the ends, or where the axis runs into them.
+// Where the switches of limit lines stand: at the ends, or some near where the axis is, or even on it.
 void place_switches(base::Random& random, const daemon::Setup& setup, RigModel& model, bool in_the_way) {
   for (std::size_t i = 0; i < kAxisCount; ++i) {
     const machine::AxisConfig& axis = setup.rig.axes[i];
-    const double middle = 0.5 * (axis.min_rad + axis.max_rad);
-    const double away = 0.1;
-    model.line_switch_rad[i] = {axis.min_rad - away, axis.max_rad + away};
-    if (in_the_way && random.below(4) == 0)
-      model.line_switch_rad[i][kLow] = random.uniform(axis.min_rad, middle);
-    if (in_the_way && random.below(4) == 0)
-      model.line_switch_rad[i][kHigh] = random.uniform(middle, axis.max_rad);
+    constexpr double kBeyond_rad = 0.1;
+    model.line_switch_rad[i] = {axis.min_rad - kBeyond_rad, axis.max_rad + kBeyond_rad};
+    if (!in_the_way) continue;
+    if (random.below(2) == 0)
+      model.line_switch_rad[i][kLow] = model.place(i) - base::radians(random.uniform(-2, 20));
+    if (random.below(2) == 0)
+      model.line_switch_rad[i][kHigh] = model.place(i) + base::radians(random.uniform(-2, 20));
   }
 }
 
@@ -246,6 +246,7 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
   base::Random random(test::seed(20260101));
   std::size_t steps = 0;
   std::size_t frames = 0;
+  std::size_t ran_in = 0;
   for (std::uint64_t round = 0; round < rounds(); ++round) {
     daemon::Setup setup = small_setup();
     setup.light.has_shutter = random.below(4) != 0;
@@ -275,16 +276,17 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     model.on_light_read = [&lamp](drivers::LightState& light) { light.level *= lamp; };
     const double pause_s = random.below(2) == 0 ? 0.2 : 20;
     base::Time next_request = model.now();
+    bool switches_in_the_way = true;
     const auto run = [&](bool calm, std::size_t most, const auto& until) {
       for (const std::size_t end = model.steps() + most; model.steps() < end && !until();) {
         const base::Time due = next_request;
         model.advance(due);
         if (model.now() < due) continue;
         next_request = model.now() + seconds(random.uniform(0, 2 * pause_s));
+        if (random.below(4) == 0) place_switches(random, setup, model, switches_in_the_way);
         if (!calm) {
           if (random.below(40) == 0) model.emergency_stop = !model.emergency_stop;
           if (random.below(20) == 0) model.gone = random_losses(random);
-          if (random.below(20) == 0) place_switches(random, setup, model, random.below(2) == 0);
           if (random.below(20) == 0) model.free_bytes = random.below(2) == 0 ? 1e6 : 1e12;
           if (random.below(20) == 0) lamp = random.below(2) == 0 ? 1 : random.uniform(0, 1.2);
           model.request(random_request(random, model.state().jobs.size()),
@@ -310,8 +312,11 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     model.emergency_stop = false;
     model.gone.clear();
     model.free_bytes = 1e12;
-    place_switches(random, setup, model, false);
     lamp = 1;
+    // The jobs go on, and every now and then a switch is in their way.
+    run(true, 3000, [&] { return all_jobs_ended(model.state()); });
+    switches_in_the_way = false;
+    place_switches(random, setup, model, false);
     run(true, 60000, [&] {  // looks at limit lines are steps, too
       return all_jobs_ended(model.state()) && !model.state().motion && !model.state().snap && model.idle();
     });
@@ -321,9 +326,13 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     model.check_at_rest();
     ASSERT_TRUE(model.broken().empty()) << "round " << round << ", " << model.broken().front();
     steps += model.steps();
-    for (const auto& event : model.events()) frames += event.has_frame_taken() ? 1 : 0;
+    for (const auto& event : model.events()) {
+      frames += event.has_frame_taken() ? 1 : 0;
+      ran_in += event.has_stop_latched() && event.stop_latched().reason().ends_with(" limit switch") ? 1 : 0;
+    }
   }
-  std::printf("%zu steps, %zu frames\n", steps, frames);
+  std::printf("%zu steps, %zu frames, %zu times into a limit switch\n", steps, frames, ran_in);
+  EXPECT_GT(ran_in, rounds() / 20);
   EXPECT_GT(frames, rounds());  // the randomness must not keep everything from happening
 }
 
