@@ -54,7 +54,10 @@ struct SetShutter {
 struct PollLight {
   std::uint64_t number;  ///< returned with the answer
 };
-struct ReadLines {};
+struct ReadLines {
+  Time asked{};              ///< now; returned with the answers
+  bool limits_only = false;  ///< only those devices that have limit lines
+};
 
 struct CreateJob {
   Asker asker;

@@ -87,6 +87,65 @@ Result<void> check_homing(const machine::AxisConfig& axis, const drivers::AxisCa
       part, "let its driver home more slowly, or raise jog_velocity_deg_s");
 }
 
+// The device of a line, which is one of those that were found before or a new one, and the line's place in
+// its readings.
+struct FoundLine {
+  std::size_t device = 0, line = 0;
+};
+
+Result<FoundLine> find_line(OpenDevices& open, const std::vector<Opened>& modules, base::Clock& clock,
+                            const machine::LinesConfig& lines, const machine::LinePart& wanted, bool output) {
+  LinesDevice found;
+  auto io =
+      cast_part<drivers::DigitalIo>(open, modules, clock, wanted.line.device, wanted.part, &found.worker);
+  if (!io) return pass(io);
+  const std::vector<drivers::Line> offered = (*io)->lines();
+  const auto line = std::find_if(offered.begin(), offered.end(), [&](const drivers::Line& l) {
+    return l.name == wanted.line.line && l.output == output;
+  });
+  if (line == offered.end()) {
+    return fail(ErrorCode::not_found,
+                fmt::format("there is no {} line '{}'", output ? "output" : "input", wanted.line.line),
+                wanted.part);
+  }
+  const auto at = static_cast<std::size_t>(line - offered.begin());
+  const auto known = std::find_if(open.lines.begin(), open.lines.end(),
+                                  [&](const LinesDevice& device) { return device.io == *io; });
+  if (known != open.lines.end()) return FoundLine{static_cast<std::size_t>(known - open.lines.begin()), at};
+  found.name = machine::lines_name(lines, wanted.line.device);
+  found.io = *io;
+  found.offered = offered.size();
+  open.lines.push_back(std::move(found));
+  return FoundLine{open.lines.size() - 1, at};
+}
+
+Result<void> open_lines(OpenDevices& open, const std::vector<Opened>& modules, base::Clock& clock,
+                        const machine::LinesConfig& lines) {
+  const auto find = [&](const std::string& part, const machine::LineRef& line, bool output) {
+    return find_line(open, modules, clock, lines, {part, line}, output);
+  };
+  if (lines.emergency_stop) {
+    const auto found = find("lines.emergency_stop", *lines.emergency_stop, false);
+    if (!found) return pass(found);
+    open.lines[found->device].emergency_stop = found->line;
+  }
+  if (lines.camera_trigger) {
+    const auto found = find("lines.camera_trigger", lines.camera_trigger->line, true);
+    if (!found) return pass(found);
+    open.trigger = found->device;
+  }
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    for (std::size_t end = 0; end < kEnds; ++end) {
+      if (!lines.limit[i][end]) continue;
+      const auto found = find(machine::limit_part(i, end), *lines.limit[i][end], false);
+      if (!found) return pass(found);
+      open.lines[found->device].limits[i][end] = found->line;
+      open.lines[found->device].has_limits = true;
+    }
+  }
+  return {};
+}
+
 void log_from_module(base::LogLevel level, std::string_view text) {
   base::log_line(level, text);
 }
@@ -153,35 +212,7 @@ Result<std::unique_ptr<OpenDevices>> open_devices(const machine::RigConfig& rig,
       cast_part<drivers::Light>(*open, modules, clock, rig.light.device, "light", &open->light_worker);
   if (!light) return pass(light);
   open->light = *light;
-  if (rig.emergency_stop) {
-    auto lines = cast_part<drivers::DigitalIo>(*open, modules, clock, rig.emergency_stop->device,
-                                               "lines.emergency_stop", &open->lines_worker);
-    if (!lines) return pass(lines);
-    open->lines = *lines;
-    const auto all = open->lines->lines();
-    const auto found = std::find_if(all.begin(), all.end(), [&](const drivers::Line& l) {
-      return l.name == rig.emergency_stop->line && !l.output;
-    });
-    if (found == all.end()) {
-      return fail(ErrorCode::not_found, fmt::format("there is no input line '{}'", rig.emergency_stop->line),
-                  "lines.emergency_stop");
-    }
-    open->emergency_stop_line = static_cast<std::size_t>(found - all.begin());
-  }
-  if (rig.camera_trigger) {
-    const machine::LineRef& line = rig.camera_trigger->line;
-    auto lines = cast_part<drivers::DigitalIo>(*open, modules, clock, line.device, "lines.camera_trigger",
-                                               &open->trigger_worker);
-    if (!lines) return pass(lines);
-    open->trigger = *lines;
-    const auto all = open->trigger->lines();
-    const bool there = std::any_of(all.begin(), all.end(),
-                                   [&](const drivers::Line& l) { return l.name == line.line && l.output; });
-    if (!there) {
-      return fail(ErrorCode::not_found, fmt::format("there is no output line '{}'", line.line),
-                  "lines.camera_trigger");
-    }
-  }
+  if (auto ok = open_lines(*open, modules, clock, rig.lines); !ok) return pass(ok);
   return open;
 }
 

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,18 @@ namespace rig::daemon {
 /// Validates every module's settings without hardware.
 [[nodiscard]] base::Result<void> check_modules(const machine::RigConfig& rig);
 
+/// A device of lines that rig.toml names, and which of its lines play a part.
+struct LinesDevice {
+  std::string name;  ///< machine::lines_name()
+  drivers::DigitalIo* io = nullptr;
+  BusWorker* worker = nullptr;
+  std::size_t offered = 0;  ///< how many lines a reading has
+  // Their places in a reading.
+  std::optional<std::size_t> emergency_stop;
+  std::array<std::array<std::optional<std::size_t>, kEnds>, kAxisCount> limits;
+  bool has_limits = false;
+};
+
 struct OpenDevices {
   std::vector<drivers::Device> devices;                       ///< owns them; outlives the workers
   std::map<std::string, std::unique_ptr<BusWorker>> workers;  ///< by "module/bus"
@@ -30,12 +43,9 @@ struct OpenDevices {
   BusWorker* camera_worker = nullptr;
   drivers::Light* light = nullptr;
   BusWorker* light_worker = nullptr;
-  drivers::DigitalIo* lines = nullptr;  ///< null: rig.toml names no emergency stop
-  BusWorker* lines_worker = nullptr;
-  std::size_t emergency_stop_line = 0;
-  drivers::DigitalIo* trigger =
-      nullptr;  ///< has the line that triggers the camera; null: its own command does
-  BusWorker* trigger_worker = nullptr;
+  std::vector<LinesDevice> lines;
+  /// Index of the one that has the line that triggers the camera; nothing: its own command does.
+  std::optional<std::size_t> trigger;
 
   /// Carries out what is queued at every bus, and ends the workers.
   void finish() { workers.clear(); }

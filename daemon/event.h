@@ -1,6 +1,7 @@
 // What can happen to rigd.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -44,13 +45,17 @@ struct LightPolled {
   std::uint64_t number = 0;  ///< of the PollLight it answers
   drivers::LightState state;
 };
+/// The inputs of one device of lines; nothing of what is not among them.
 struct LinesRead {
-  bool emergency_stop = false;
+  std::string device = {};  ///< as machine::lines_name() calls it
+  Time asked{};             ///< of the ReadLines it answers
+  std::optional<bool> emergency_stop{};
+  std::array<std::array<std::optional<bool>, kEnds>, kAxisCount> limits{};
 };
 /// A device did not do what it was asked.
 struct DeviceFailed {
   std::string what;
-  std::string device = {};  ///< "axis pan", "camera", "light", "lines"
+  std::string device = {};  ///< "axis pan", "camera", "light", machine::lines_name()
   bool transient = false;   ///< it is gone for now and may come back by itself
 };
 /// The camera did what it was asked by ProbeCamera.

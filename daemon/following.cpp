@@ -35,11 +35,6 @@ std::string off_its_way(const Setup& setup, const State& state, std::size_t axis
   const machine::AxisConfig& config = setup.rig.axes[axis];
   const Motion& motion = *state.motion;
   const std::string_view name = machine::kAxisNames[axis];
-  const double way = state.axes[axis].target_rad - motion.from_rad[axis];
-  if (reading.at_low_limit && way < -config.tolerance_rad)
-    return fmt::format("axis {} ran into its low limit switch", name);
-  if (reading.at_high_limit && way > config.tolerance_rad)
-    return fmt::format("axis {} ran into its high limit switch", name);
   const double since_s = base::to_seconds(state.now - motion.sent);
   const double newest = predicted(setup, state, axis, since_s);
   const double oldest = predicted(setup, state, axis, since_s - setup.rig.deadlines.axis_s);
@@ -49,20 +44,6 @@ std::string off_its_way(const Setup& setup, const State& state, std::size_t axis
   const bool stands = std::abs(here - state.axes[axis].last.position_rad) <= config.tolerance_rad;
   return fmt::format("axis {} {} {:.3f} deg, where {:.3f} deg to {:.3f} deg were predicted", name,
                      stands ? "stalled at" : "is off its way at", degrees(here), degrees(low), degrees(high));
-}
-
-std::string blocked_by_switch(const Setup& setup, const State& state, std::size_t axis, double target_rad) {
-  const machine::AxisConfig& config = setup.rig.axes[axis];
-  const drivers::AxisState& here = state.axes[axis].last;
-  const auto legs = machine::plan_legs(config, here.position_rad, target_rad);
-  const double first = legs.has_detour ? legs.detour_rad : target_rad;
-  const bool down = first < here.position_rad - config.tolerance_rad;
-  const bool up = first > here.position_rad + config.tolerance_rad;
-  if ((here.at_low_limit && down) || (here.at_high_limit && up)) {
-    return fmt::format("axis {} stands on its {} limit switch and would be driven further in",
-                       machine::kAxisNames[axis], down ? "low" : "high");
-  }
-  return {};
 }
 
 }  // namespace rig::daemon

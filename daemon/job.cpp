@@ -46,6 +46,7 @@ void home_what_needs_it(const Setup& setup, State& state, Actions& actions) {
     if (!state.axes[i].known || state.axes[i].last.moving) return;  // the regular look will tell
     if (!state.axes[i].last.homed) axes.push_back(i);
   }
+  if (!limit_lines_known(setup, state)) return;
   if (!axes.empty()) {
     begin_homing(setup, state, actions, std::move(axes), std::nullopt);
     return;
@@ -181,7 +182,9 @@ void rest(const Setup& setup, State& state, Actions& actions) {
   ActiveJob& job = *state.job;
   if (job.phase == ActiveJob::Phase::opening) return;
   const bool recovers = state.conditions[static_cast<std::size_t>(Condition::light)].on;
-  if (job.resting) {
+  // The last visit is made though the job is suspended. One that gave poses back does not begin them.
+  const bool given_back = job.phase == ActiveJob::Phase::running && !job.rows.empty();
+  if (job.resting && !given_back) {
     // While somebody holds the job he may set the light as he likes.
     if (recovers && find_job(state, job.id)->hold.empty()) light_for_job(setup, state, actions);
     return;
@@ -248,14 +251,16 @@ void advance_job(const Setup& setup, State& state, Actions& actions) {
     // Put off, it no longer comes first.
     if (job.phase != ActiveJob::Phase::running || visit_comes_first(setup, state)) return;
   }
-  if (!job.current && !job.rows.empty() && !state.motion && !state.snap && state.now >= job.not_before) {
+  if (!job.current && !job.rows.empty() && !state.motion && !state.snap && state.now >= job.not_before &&
+      limit_lines_known(setup, state)) {
     if (all_homed(state)) {
       start_pose(setup, state, actions);
     } else if (!job.storing) {
       job.phase = ActiveJob::Phase::homing;  // a drive that lost its reference need not cost every pose
     }
   }
-  if (!job.current && !job.storing && job.rows.empty()) {
+  // The last pose may have been abandoned just now, and those before it wait for a visit to prove them.
+  if (!job.current && !job.storing && job.rows.empty() && !visit_comes_first(setup, state)) {
     end_job(setup, state, actions, job.id, JobEntry::State::complete, {});
   }
 }

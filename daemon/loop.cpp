@@ -174,7 +174,7 @@ void Loop::fetch(const FetchFrame& action) {
 void Loop::trigger(const TriggerCamera& action) {
   devices_.camera_worker->queue(
       [this, action] {
-        const bool by_line = devices_.trigger != nullptr;
+        const bool by_line = devices_.trigger.has_value();
         base::Result<void> ok;
         if (arm_first_) ok = devices_.camera->arm();
         if (ok) {
@@ -197,17 +197,39 @@ void Loop::trigger(const TriggerCamera& action) {
 
 // The exposure begins with the rising edge.
 void Loop::pulse(std::uint64_t exposure) {
-  devices_.trigger_worker->queue(
-      [this, exposure] {
-        const machine::TriggerLine& line = *setup_.rig.camera_trigger;
-        if (auto ok = devices_.trigger->set(line.line.line, true); !ok)
-          return post(failure("lines", ok.error()));
+  const LinesDevice& lines = devices_.lines[*devices_.trigger];
+  lines.worker->queue(
+      [this, &lines, exposure] {
+        const machine::TriggerLine& line = *setup_.rig.lines.camera_trigger;
+        if (auto ok = lines.io->set(line.line.line, true); !ok) return post(failure(lines.name, ok.error()));
         post(CameraTriggered{exposure});
         base::WaitSlot slot;
         clock_.wait(slot, clock_.now() + base::seconds(line.pulse_s), base::WaitFor::rig);
-        if (auto ok = devices_.trigger->set(line.line.line, false); !ok) post(failure("lines", ok.error()));
+        if (auto ok = lines.io->set(line.line.line, false); !ok) post(failure(lines.name, ok.error()));
       },
-      0, deadline("lines: the camera's trigger", setup_.rig.deadlines.lines_s));
+      0, deadline(lines.name + ": the camera's trigger", setup_.rig.deadlines.lines_s));
+}
+
+void Loop::read_lines(const LinesDevice& lines, base::Time asked) {
+  lines.worker->queue(
+      [this, &lines, asked] {
+        const auto levels = lines.io->read();
+        if (!levels) return post(failure(lines.name, levels.error()));
+        if (levels->size() < lines.offered) {
+          return post(DeviceFailed{fmt::format("{}: a reading of {} lines; {} were offered", lines.name,
+                                               levels->size(), lines.offered),
+                                   lines.name});
+        }
+        LinesRead read{lines.name, asked, {}, {}};
+        if (lines.emergency_stop) read.emergency_stop = (*levels)[*lines.emergency_stop];
+        for (std::size_t i = 0; i < kAxisCount; ++i) {
+          for (std::size_t end = 0; end < kEnds; ++end) {
+            if (lines.limits[i][end]) read.limits[i][end] = (*levels)[*lines.limits[i][end]];
+          }
+        }
+        post(std::move(read));
+      },
+      0, deadline(lines.name + ": a reading", setup_.rig.deadlines.lines_s));
 }
 
 void Loop::hand_to_local_clients(FrameSlot slot, const drivers::FrameInfo& info) {
@@ -399,21 +421,10 @@ void Loop::carry_out(Action& action) {
                 },
                 0, deadline("light: a reading", setup_.rig.deadlines.light_s));
           },
-          [&](const ReadLines&) {
-            devices_.lines_worker->queue(
-                [this] {
-                  const auto levels = devices_.lines->read();
-                  if (!levels) {
-                    post(failure("lines", levels.error()));
-                  } else if (devices_.emergency_stop_line >= levels->size()) {
-                    post(DeviceFailed{
-                        fmt::format("lines: a reading of {} lines; more were offered", levels->size()),
-                        "lines"});
-                  } else {
-                    post(LinesRead{(*levels)[devices_.emergency_stop_line]});
-                  }
-                },
-                0, deadline("lines: a reading", setup_.rig.deadlines.lines_s));
+          [&](const ReadLines& a) {
+            for (const LinesDevice& lines : devices_.lines) {
+              if (lines.has_limits || !a.limits_only) read_lines(lines, a.asked);
+            }
           },
           [&](const ReleaseFrame& a) { pool_.release(a.slot); },
           [&](const SendReply& a) { server_->reply(a.client, a.reply); },

@@ -43,6 +43,7 @@ class Loop {
   void to_axis(std::size_t axis, Turn turn, std::function<base::Result<void>(drivers::Axis&)> what);
   void trigger(const TriggerCamera& action);
   void pulse(std::uint64_t exposure);
+  void read_lines(const LinesDevice& lines, base::Time asked);
   void fetch(const FetchFrame& action);
   void publish(const protocol::Event& event);
   void hand_to_local_clients(FrameSlot slot, const drivers::FrameInfo& info);

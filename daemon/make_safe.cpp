@@ -168,6 +168,7 @@ std::vector<SafePart> make_safe(const std::shared_ptr<const machine::RigConfig>&
                                 const std::shared_ptr<base::Clock>& clock,
                                 const std::filesystem::path& state_folder, std::chrono::milliseconds within) {
   std::vector<SafeWork> works;
+  const std::vector<machine::LinePart> lines = machine::line_parts(rig->lines);
   for (const machine::ModuleConfig& module : rig->modules) {
     SafeWork work;
     std::vector<std::size_t> axes;
@@ -178,8 +179,9 @@ std::vector<SafePart> make_safe(const std::shared_ptr<const machine::RigConfig>&
     for (const std::size_t axis : axes) work.parts.push_back(axis_part(axis));
     if (has_light) work.parts.emplace_back(kLight);
     const bool has_camera = rig->camera.device.module == module.name;
-    const bool has_lines = (rig->emergency_stop && rig->emergency_stop->device.module == module.name) ||
-                           (rig->camera_trigger && rig->camera_trigger->line.device.module == module.name);
+    const bool has_lines = std::any_of(lines.begin(), lines.end(), [&](const machine::LinePart& part) {
+      return part.line.device.module == module.name;
+    });
     // A camera alone harms nobody. What else a module offers is only known once it is open.
     if (work.parts.empty() && has_camera && !has_lines) continue;
     work.parts.push_back(outputs_part(module.name));

@@ -151,6 +151,8 @@ protocol::Status make_status(const Setup& setup, const State& state) {
     axis.set_fault(track.known ? track.last.fault : "not yet read");
     axis.set_min_deg(degrees(setup.rig.axes[i].min_rad));
     axis.set_max_deg(degrees(setup.rig.axes[i].max_rad));
+    axis.set_at_low_limit(track.last.at_low_limit);
+    axis.set_at_high_limit(track.last.at_high_limit);
   }
   *status.mutable_light() = make_light_status(state.light);
   for (const auto& [device, what] : state.lost) status.add_lost_devices(what);

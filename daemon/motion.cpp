@@ -162,6 +162,7 @@ base::Result<void> begin_move(const Setup& setup, State& state, Actions& actions
                               std::optional<Asker> asker) {
   if (auto ok = may_move(setup, state, involved, target_rad); !ok) return ok;
   Motion motion;
+  motion.began = state.now;
   motion.involved = involved;
   motion.target_rad = target_rad;
   motion.asker = std::move(asker);
@@ -185,6 +186,7 @@ base::Result<void> begin_jog(const Setup& setup, State& state, Actions& actions,
   const drivers::AxisState& here = state.axes[axis].last;
   Motion motion;
   motion.kind = Motion::Kind::jog;
+  motion.began = state.now;
   motion.involved[axis] = true;
   motion.asker = std::move(asker);
   motion.sent = state.now;
@@ -219,14 +221,18 @@ std::optional<MotionEnd> on_axis_polled(const Setup& setup, State& state, Action
     }
     return std::nullopt;
   }
+  const drivers::AxisState reading = with_limit_lines(state, polled.axis, polled.state);
   if (state.motion && state.motion->kind != Motion::Kind::homing && state.motion->involved[polled.axis] &&
       polled.number > state.motion->sent_after_poll) {
-    if (const std::string off = off_its_way(setup, state, polled.axis, polled.state); !off.empty()) {
+    std::string off = ran_into_switch(setup, state, polled.axis, reading);
+    if (off.empty()) off = off_its_way(setup, state, polled.axis, reading);
+    if (!off.empty()) {
       stop_everything(setup, state, actions, off);
       return std::nullopt;
     }
   }
-  track.last = polled.state;
+  track.last = reading;
+  track.drive_limits = {polled.state.at_low_limit, polled.state.at_high_limit};
   track.known = true;
   if (!track.last.fault.empty() && state.stopped.empty()) {
     stop_everything(setup, state, actions,

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/machine/limits.h"
-#include "daemon/following.h"
+#include "core/machine/motion.h"
 #include "daemon/job.h"
 #include "daemon/lamp.h"
 #include "daemon/messages.h"
@@ -17,8 +17,11 @@ using base::Result;
 
 namespace {
 
+// Two regular looks at the lines may pass before what they said is old.
+constexpr double kLinesOld_s = 1;
+
 // What holds of every move, whatever kind it is.
-Result<void> rig_may_move(const State& state) {
+Result<void> rig_may_move(const Setup& setup, const State& state) {
   if (!state.stopped.empty()) {
     return fail(ErrorCode::refused, fmt::format("the rig is stopped: {}", state.stopped), {},
                 "clear the stop first");
@@ -37,7 +40,7 @@ Result<void> rig_may_move(const State& state) {
                   "it is read again in a moment");
     }
   }
-  return {};
+  return limit_lines_known(setup, state);
 }
 
 Result<void> has_no_fault(const State& state, std::size_t axis) {
@@ -48,9 +51,55 @@ Result<void> has_no_fault(const State& state, std::size_t axis) {
 
 }  // namespace
 
+drivers::AxisState with_limit_lines(const State& state, std::size_t axis, drivers::AxisState reading) {
+  const auto& lines = state.limit_lines[axis];
+  reading.at_low_limit = reading.at_low_limit || lines[kLow].active;
+  reading.at_high_limit = reading.at_high_limit || lines[kHigh].active;
+  return reading;
+}
+
+Result<void> limit_lines_known(const Setup& setup, const State& state) {
+  const base::Duration oldest = base::seconds(setup.rig.deadlines.lines_s + kLinesOld_s);
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    for (std::size_t end = 0; end < kEnds; ++end) {
+      const InputTrack& line = state.limit_lines[i][end];
+      if (!setup.rig.lines.limit[i][end] || (line.known && state.now - line.as_of <= oldest)) continue;
+      return fail(ErrorCode::refused,
+                  fmt::format("what the {} limit line of axis {} says is not known", machine::kEndNames[end],
+                              machine::kAxisNames[i]),
+                  {}, "it is read again in a moment");
+    }
+  }
+  return {};
+}
+
+std::string ran_into_switch(const Setup& setup, const State& state, std::size_t axis,
+                            const drivers::AxisState& reading) {
+  const double tolerance_rad = setup.rig.axes[axis].tolerance_rad;
+  const double way = state.axes[axis].target_rad - state.motion->from_rad[axis];
+  const bool low = reading.at_low_limit && way < -tolerance_rad;
+  if (!low && !(reading.at_high_limit && way > tolerance_rad)) return {};
+  return fmt::format("axis {} ran into its {} limit switch", machine::kAxisNames[axis],
+                     machine::kEndNames[low ? kLow : kHigh]);
+}
+
+std::string blocked_by_switch(const Setup& setup, const State& state, std::size_t axis, double target_rad) {
+  const machine::AxisConfig& config = setup.rig.axes[axis];
+  const drivers::AxisState& here = state.axes[axis].last;
+  const auto legs = machine::plan_legs(config, here.position_rad, target_rad);
+  const double first = legs.has_detour ? legs.detour_rad : target_rad;
+  const bool down = first < here.position_rad - config.tolerance_rad;
+  const bool up = first > here.position_rad + config.tolerance_rad;
+  if ((here.at_low_limit && down) || (here.at_high_limit && up)) {
+    return fmt::format("axis {} stands on its {} limit switch and would be driven further in",
+                       machine::kAxisNames[axis], down ? "low" : "high");
+  }
+  return {};
+}
+
 Result<void> may_move(const Setup& setup, const State& state, const std::array<bool, kAxisCount>& involved,
                       const JointAngles& target_rad) {
-  if (auto ok = rig_may_move(state); !ok) return ok;
+  if (auto ok = rig_may_move(setup, state); !ok) return ok;
   JointAngles from{};
   JointAngles to{};
   for (std::size_t i = 0; i < kAxisCount; ++i) {
@@ -75,7 +124,7 @@ Result<void> may_move(const Setup& setup, const State& state, const std::array<b
 }
 
 Result<void> may_jog(const Setup& setup, const State& state, std::size_t axis, double by_rad) {
-  if (auto ok = rig_may_move(state); !ok) return ok;
+  if (auto ok = rig_may_move(setup, state); !ok) return ok;
   const machine::AxisConfig& config = setup.rig.axes[axis];
   const drivers::AxisState& here = state.axes[axis].last;
   const std::string_view name = machine::kAxisNames[axis];

@@ -16,6 +16,25 @@ namespace rig::daemon {
                                           const std::array<bool, kAxisCount>& involved,
                                           const JointAngles& target_rad);
 
+/// What a drive says of its axis together with what the axis' limit lines say: a limit is active where either
+/// says so. Everything else looks at no limit line itself.
+[[nodiscard]] drivers::AxisState with_limit_lines(const State& state, std::size_t axis,
+                                                  drivers::AxisState reading);
+
+/// Whether every limit line was read lately; an Error that names one that was not. What is not known is not
+/// taken for free.
+[[nodiscard]] base::Result<void> limit_lines_known(const Setup& setup, const State& state);
+
+/// Why this reading, taken during the move under way, must end it: the axis ran into a limit switch, be it
+/// the drive's or that of a limit line. Empty: it did not, or it moves out of one.
+[[nodiscard]] std::string ran_into_switch(const Setup& setup, const State& state, std::size_t axis,
+                                          const drivers::AxisState& reading);
+
+/// Why an axis may not leave for a target because of the limit switch that it stands on: further in is
+/// refused, out is allowed. Empty: it may.
+[[nodiscard]] std::string blocked_by_switch(const Setup& setup, const State& state, std::size_t axis,
+                                            double target_rad);
+
 /// The most that one jog may be: further than a person needs to see which way an axis turns, less than what
 /// brings it far.
 inline constexpr double kMostJog_rad = base::radians(10);

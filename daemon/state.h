@@ -25,6 +25,9 @@ namespace rig::daemon {
 using base::Time;
 using machine::JointAngles;
 using machine::kAxisCount;
+using machine::kEnds;
+using machine::kHigh;
+using machine::kLow;
 
 struct PlaceReference;
 
@@ -45,9 +48,17 @@ struct Asker {
   std::uint64_t id = 0;
 };
 
+/// What an input said when it was last read.
+struct InputTrack {
+  bool active = false;
+  bool known = false;
+  Time as_of{};  ///< it was read then or later
+};
+
 /// One axis as last read.
 struct AxisTrack {
-  drivers::AxisState last;
+  drivers::AxisState last;                 ///< its limits are what the drive and the limit lines say together
+  std::array<bool, kEnds> drive_limits{};  ///< what the drive alone says
   bool known = false;
   /// Answers to polls up to this one were read before something that changed where the axis stands.
   std::uint64_t outdated = 0;
@@ -74,6 +85,8 @@ struct Motion {
   JointAngles from_rad{};
   Time sent{};
   std::uint64_t sent_after_poll = 0;
+  Time began{};
+  std::optional<Time> lines_at{};  ///< when its limit lines are read next, or must have been; nothing: none
 };
 
 /// One pose of the plan being taken: moved to, exposed, stored.
@@ -212,6 +225,9 @@ struct State {
   std::optional<Time> lamp_out_since;  ///< as far as is known
   std::uint64_t light_read = 0;        ///< number of the poll that told
   bool emergency_stop = false;
+  /// Of each axis and end; those that rig.toml does not name are never known.
+  std::array<std::array<InputTrack, kEnds>, kAxisCount> limit_lines;
+  Time lines_asked{};      ///< when the latest ReadLines was given
   std::string stopped;     ///< why the stop is latched; empty: it is not
   std::string last_alarm;  ///< since the stop was latched
   bool ending = false;     ///< asked to end; nothing new begins

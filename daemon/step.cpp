@@ -10,6 +10,7 @@
 #include "daemon/job.h"
 #include "daemon/lamp.h"
 #include "daemon/lease.h"
+#include "daemon/lines.h"
 #include "daemon/messages.h"
 #include "daemon/motion.h"
 #include "daemon/queue.h"
@@ -79,12 +80,10 @@ struct Handler {
     publish(state, actions, std::move(told));
   }
 
-  void operator()(const LinesRead& event) const {
-    state.emergency_stop = event.emergency_stop;  // conditions.cpp latches the stop
-    state.lost.erase("lines");
-  }
+  void operator()(const LinesRead& event) const { on_lines_read(setup, state, actions, event); }
 
   void operator()(const DeviceFailed& event) const {
+    forget_limit_lines(setup, state, event.device);
     if (event.transient) {
       // Once: what it is asked while it is away fails too.
       if (!state.lost.emplace(event.device, event.what).second) return;
@@ -178,7 +177,7 @@ struct Handler {
 void look_around(const Setup& setup, State& state, Actions& actions) {
   if (state.now < state.look_at) return;
   state.look_at = state.now + seconds(kLookEvery_s);
-  if (setup.rig.emergency_stop) actions.push_back(ReadLines{});
+  ask_lines(setup, state, actions);
   actions.push_back(PollLight{++state.last_poll});
   if (state.lost.count("camera") != 0) {
     actions.push_back(ProbeCamera{});
@@ -230,6 +229,7 @@ Step step(const Setup& setup, State state, const Event& event) {
   release_silent(setup, out.state, out.actions);
   advance_job(setup, out.state, out.actions);
   poll_motion(setup, out.state, out.actions);
+  watch_limit_lines(setup, out.state, out.actions);
   fetch_frame(setup, out.state, out.actions);
   look_around(setup, out.state, out.actions);
   look_at_disk(out.state, out.actions);
@@ -249,6 +249,7 @@ std::optional<Wake> next_wake(const State& state) {
   };
   if (state.motion) {
     consider(answers_awaited(*state.motion) ? state.motion->answer_by : state.motion->poll_at);
+    if (state.motion->lines_at) consider(*state.motion->lines_at);
   }
   if (state.frame) {
     const PendingFrame& frame = *state.frame;

@@ -85,12 +85,18 @@ class VirtualLines final : public drivers::DigitalIo {
   explicit VirtualLines(Shared machine) : machine_(std::move(machine)) {}
 
   [[nodiscard]] std::vector<drivers::Line> lines() const override {
-    return {{"emergency_stop", false}, {"camera_trigger", true, false}};
+    std::vector<drivers::Line> all{{"emergency_stop", false}, {"camera_trigger", true, false}};
+    for (const char* axis : kAxisNames) {
+      for (const char* end : {"low", "high"}) all.push_back({fmt::format("{}_{}", axis, end), false});
+    }
+    return all;
   }
   [[nodiscard]] Result<std::vector<bool>> read() override {
     if (auto reached = machine_->reach("lines"); !reached) return base::pass(reached);
     if (machine_->strike(FaultKind::garbage, "lines")) return std::vector<bool>();
-    return std::vector<bool>{machine_->emergency_stop(), false};
+    std::vector<bool> levels{machine_->emergency_stop(), false};
+    for (const auto& axis : machine_->limit_lines()) levels.insert(levels.end(), axis.begin(), axis.end());
+    return levels;
   }
   [[nodiscard]] Result<void> set(const std::string& line, bool active) override {
     if (auto reached = machine_->reach("lines"); !reached) return reached;

@@ -32,12 +32,13 @@ struct Kind {
   Range range;
 };
 
-const std::array<Kind, 18>& kinds() {
-  static const std::array<Kind, 18> all{{
+const std::array<Kind, 19>& kinds() {
+  static const std::array<Kind, 19> all{{
       {"stall", FaultKind::stall, &kAxisDevices, "share", Unit::one, 0.5, {0, 0.99}},
       {"lost-steps", FaultKind::lost_steps, &kAxisDevices, "by_deg", Unit::degrees, std::nullopt, {-90, 90}},
       {"backlash", FaultKind::backlash, &kAxisDevices, "by_deg", Unit::degrees, std::nullopt, {0, 10}},
       {"limit-switch", FaultKind::limit_switch, &kAxisDevices, nullptr, Unit::one, 0.0, {0, 0}},
+      {"limit-line", FaultKind::limit_line, &kAxisDevices, nullptr, Unit::one, 0.0, {0, 0}},
       {"emergency-stop", FaultKind::emergency_stop, &kLinesDevice, "by_s", Unit::seconds, 1.0, {0, 1e6}},
       {"slow", FaultKind::slow, &kAllDevices, "by_s", Unit::seconds, std::nullopt, {0, 86400}},
       {"garbage", FaultKind::garbage, &kAllDevices, nullptr, Unit::one, 0.0, {0, 0}},
@@ -77,7 +78,8 @@ Fault read_fault(const ConfigTable& t) {
   }
   fault.kind = found->kind;
   if (t.has("device")) fault.device = t.choice("device", *found->devices);
-  if (fault.kind == FaultKind::limit_switch) fault.high_side = t.choice("side", {"low", "high"}) == "high";
+  const bool has_side = fault.kind == FaultKind::limit_switch || fault.kind == FaultKind::limit_line;
+  if (has_side) fault.high_side = t.choice("side", {"low", "high"}) == "high";
   if (found->amount_key != nullptr) {
     const double amount = found->usual ? t.number_or(found->amount_key, *found->usual, found->range)
                                        : t.number(found->amount_key, found->range);

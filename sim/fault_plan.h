@@ -15,7 +15,8 @@ enum class FaultKind {
   stall,             ///< a move ends part of the way and the drive goes on pushing
   lost_steps,        ///< a move after which the axis truly stands elsewhere than its readback says
   backlash,          ///< more of it
-  limit_switch,      ///< reads active wherever the axis stands
+  limit_switch,      ///< of the drive: reads active wherever the axis stands
+  limit_line,        ///< likewise one that is wired to the lines
   emergency_stop,    ///< somebody presses it
   slow,              ///< a call that returns late
   garbage,           ///< a reply whose values are no numbers
@@ -35,7 +36,7 @@ enum class FaultKind {
 struct Fault {
   FaultKind kind = FaultKind::stall;
   std::string device;     ///< "roll" ... "arm", "camera", "light", "lines"; empty: every one that can have it
-  bool high_side = true;  ///< of the limit switch
+  bool high_side = true;  ///< of the limit switch or line
   double amount = 0;      ///< radians, seconds or a share, as the kind has it
   double from_s = 0;      ///< since the world was made, in the rig's time
   double until_s = std::numeric_limits<double>::infinity();

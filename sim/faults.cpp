@@ -75,14 +75,21 @@ std::optional<double> Faults::strike(FaultKind kind, std::string_view device, do
       [&](const Fault& f) { return f.kind == kind && (f.device.empty() || f.device == device); }, world_s);
 }
 
-bool Faults::strike_switch(std::string_view axis, bool high_side, double world_s) {
+bool Faults::strike_switch(FaultKind kind, std::string_view axis, bool high_side, double world_s) {
   return strike_first(
              [&](const Fault& f) {
-               return f.kind == FaultKind::limit_switch && f.high_side == high_side &&
-                      (f.device.empty() || f.device == axis);
+               return f.kind == kind && f.high_side == high_side && (f.device.empty() || f.device == axis);
              },
              world_s)
       .has_value();
+}
+
+bool Faults::has_any(FaultKind kind) {
+  const std::lock_guard lock(mutex_);
+  look_at_file();
+  const auto of_kind = [kind](const Watched& w) { return w.fault.kind == kind; };
+  return std::any_of(settings_.begin(), settings_.end(), of_kind) ||
+         std::any_of(from_file_.begin(), from_file_.end(), of_kind);
 }
 
 }  // namespace rig::sim

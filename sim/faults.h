@@ -27,8 +27,11 @@ class Faults {
   /// the first that strikes; nothing where none does.
   [[nodiscard]] std::optional<double> strike(FaultKind kind, std::string_view device, double world_s);
 
-  /// The same for the switch at one end of an axis.
-  [[nodiscard]] bool strike_switch(std::string_view axis, bool high_side, double world_s);
+  /// The same for the switch at one end of an axis: that of the drive or that of the lines, as `kind` says.
+  [[nodiscard]] bool strike_switch(FaultKind kind, std::string_view axis, bool high_side, double world_s);
+
+  /// Whether there is any fault of this kind: no occasion for one. Where many could ask, none needs to.
+  [[nodiscard]] bool has_any(FaultKind kind);
 
  private:
   struct Watched {

@@ -149,6 +149,35 @@ bool Machine::emergency_stop() {
   return std::exchange(press_unread_, false) || button_pressed();
 }
 
+std::array<bool, 2> Machine::pressed_switches(std::size_t index) const {
+  const AxisMemory& axis = memory_.axes[index];
+  const AxisWorld& world = world_.axes[index];
+  const double truly = axis_position(axis, world, now_ns()) + axis.slip_rad;
+  const double half_count = 0.5 * world.resolution_rad;
+  return {truly <= world.low_switch_rad + half_count, truly >= world.high_switch_rad - half_count};
+}
+
+void Machine::note_switches(std::size_t index) {
+  const auto pressed = pressed_switches(index);
+  for (std::size_t end = 0; end < pressed.size(); ++end)
+    switches_unread_[index][end] = switches_unread_[index][end] || pressed[end];
+}
+
+std::array<std::array<bool, 2>, kAxes> Machine::limit_lines() {
+  const std::lock_guard lock(mutex_);
+  catch_up();
+  for (std::size_t i = 0; i < kAxes; ++i) note_switches(i);
+  auto pressed = std::exchange(switches_unread_, {});
+  if (!faults_.has_any(FaultKind::limit_line)) return pressed;
+  for (std::size_t i = 0; i < kAxes; ++i) {
+    for (std::size_t end = 0; end < pressed[i].size(); ++end) {
+      const bool stuck = faults_.strike_switch(FaultKind::limit_line, kAxisNames[i], end == 1, world_s());
+      pressed[i][end] = pressed[i][end] || stuck;
+    }
+  }
+  return pressed;
+}
+
 void Machine::fill_disk() {
   if (const auto full_s = strike(FaultKind::disk_full, "lines")) {
     disk_full_until_ns_ = now_ns() + std::llround(1e9 * *full_s);
@@ -169,7 +198,9 @@ drivers::AxisState Machine::axis_state(std::size_t index) {
   state.enabled = axis.enabled != 0;
   state.moving = axis_moving(axis, world, now) || stalled_[index];
   state.homed = axis.homed != 0;
-  const auto stuck = [&](bool high) { return faults_.strike_switch(kAxisNames[index], high, world_s()); };
+  const auto stuck = [&](bool high) {
+    return faults_.strike_switch(FaultKind::limit_switch, kAxisNames[index], high, world_s());
+  };
   state.at_low_limit = counts <= counts_of(world, world.low_rad) || stuck(false);
   state.at_high_limit = counts >= counts_of(world, world.high_rad) || stuck(true);
   if (strike(FaultKind::garbage, kAxisNames[index])) {
@@ -201,6 +232,7 @@ Result<void> Machine::home(std::size_t index) {
   AxisMemory& axis = memory_.axes[index];
   const AxisWorld& world = world_.axes[index];
   if (axis.enabled == 0) return fail(ErrorCode::device, "the drive has no power", kAxisNames[index]);
+  note_switches(index);
   axis.homed = 0;
   axis.homing = 1;
   const double home = reached_target(index, world.home_rad);
@@ -237,6 +269,7 @@ Result<void> Machine::set_off(std::size_t index, double target_rad, double veloc
     return fail(ErrorCode::bad_input, "a move needs a target, a velocity and an acceleration",
                 kAxisNames[index]);
   }
+  note_switches(index);
   begin_move(axis, world, now_ns(), reached_target(index, target_rad), velocity, acceleration);
   if (const auto lost = strike(FaultKind::lost_steps, kAxisNames[index])) axis.slip_rad += *lost;
   save();

@@ -1,6 +1,7 @@
 // The moving parts, the lamp and the lines in time. All devices look at and change this one, under its lock.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -60,6 +61,10 @@ class Machine {
   /// have no power then. A press that began and ended since the last call counts.
   [[nodiscard]] bool emergency_stop();
 
+  /// Of each axis the switches at its low and its high end that are wired to the lines. They see where the
+  /// axis truly stands, lost steps included. What was pressed since the last call counts.
+  [[nodiscard]] std::array<std::array<bool, 2>, kAxes> limit_lines();
+
   /// Who hears the rising edge of the camera's trigger line; empty: nobody.
   void on_trigger_line(std::function<void()> listener);
   void pulse_trigger_line();
@@ -82,6 +87,10 @@ class Machine {
   [[nodiscard]] bool button_pressed() const;
   /// Brings the memory up to the present: power cut by the button, homing that has ended.
   void catch_up();
+  /// Which of an axis' switches at the lines it presses now.
+  [[nodiscard]] std::array<bool, 2> pressed_switches(std::size_t axis) const;
+  /// Before an axis is sent elsewhere: what it presses here counts at the next reading.
+  void note_switches(std::size_t axis);
   void fill_disk();
   void save();
 
@@ -95,7 +104,8 @@ class Machine {
   Memory memory_;
   Faults faults_;
   PressWatch button_;
-  bool press_unread_ = false;  // by emergency_stop()
+  bool press_unread_ = false;                                 // by emergency_stop()
+  std::array<std::array<bool, 2>, kAxes> switches_unread_{};  // by limit_lines()
   std::optional<WireLog> wire_log_;
   std::array<bool, kAxes> stalled_{};  // pushes and does not move
   std::int64_t pressed_until_ns_ = 0;  // the button, by a fault

@@ -24,6 +24,10 @@ AxisWorld read_axis(const ConfigTable& t) {
   axis.backlash_rad = radians(t.number("backlash_deg", {0, 10}));
   axis.low_rad = radians(t.number("low_deg", {-3600, 3600}));
   axis.high_rad = radians(t.number("high_deg", {-3600, 3600}));
+  axis.low_switch_rad =
+      t.has("low_switch_deg") ? radians(t.number("low_switch_deg", {-3600, 3600})) : axis.low_rad;
+  axis.high_switch_rad =
+      t.has("high_switch_deg") ? radians(t.number("high_switch_deg", {-3600, 3600})) : axis.high_rad;
   axis.max_velocity_rad_s = radians(t.number("max_velocity_deg_s", {1e-3, 3600}));
   axis.max_acceleration_rad_s2 = radians(t.number("max_acceleration_deg_s2", {1e-3, 36000}));
   axis.homing_velocity_rad_s = radians(t.number("homing_velocity_deg_s", {1e-3, 3600}));
@@ -35,6 +39,10 @@ AxisWorld read_axis(const ConfigTable& t) {
   };
   within("home_deg", axis.home_rad);
   within("power_on_deg", axis.power_on_rad);
+  if (t.has("low_switch_deg")) within("low_switch_deg", axis.low_switch_rad);
+  if (t.has("high_switch_deg")) within("high_switch_deg", axis.high_switch_rad);
+  if (axis.low_rad < axis.high_rad && axis.low_switch_rad >= axis.high_switch_rad)
+    t.error("high_switch_deg", "must be greater than low_switch_deg");
   return axis;
 }
 

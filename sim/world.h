@@ -23,6 +23,8 @@ struct AxisWorld {
   double repeatability_rad = 0;      ///< full width of the error that the readback does not see
   double backlash_rad = 0;           ///< added where the axis arrived from above
   double low_rad = 0, high_rad = 0;  ///< hard stops
+  /// Where switches begin that are wired to the lines, not to the drive.
+  double low_switch_rad = 0, high_switch_rad = 0;
   double max_velocity_rad_s = 0, max_acceleration_rad_s2 = 0;
   double homing_velocity_rad_s = 0;
   double home_rad = 0;

@@ -73,12 +73,14 @@ Result<AxisFile> read_axis_file(const std::string& text, const std::string& name
   if (found == machine::kAxisNames.end())
     return fail(ErrorCode::bad_input, fmt::format("there is no axis '{}'", axis), {},
                 "roll, tilt, pan or arm");
-  const auto& config = rig->axes.at(static_cast<std::size_t>(found - machine::kAxisNames.begin()));
+  const auto index = static_cast<std::size_t>(found - machine::kAxisNames.begin());
+  const auto& config = rig->axes.at(index);
   AxisFile file;
   file.rig = rig->name;
   file.axis = axis;
   file.module = config.device.module;
   file.device = config.device.device;
+  file.limit_lines = rig->lines.limit.at(index);
   // Not from `config`: a number that was turned into radians and back may be another.
   const auto root = base::ConfigTable::parse(text, name);
   if (!root) return pass(root);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/result.h"
+#include "core/machine/lines_config.h"
 
 namespace rig::client {
 
@@ -17,6 +18,7 @@ struct AxisFile {
   // Of the module's own settings, in its table axis.DEVICE; nothing where it has no such key.
   std::optional<bool> reversed;
   std::optional<double> counts_per_deg;
+  machine::LimitLines limit_lines;
 };
 
 /// An Error where the text is no correct rig.toml; `name` stands for the file in messages.

@@ -10,6 +10,7 @@
 #include "clients/rig/axis_drive.h"
 #include "clients/rig/axis_file.h"
 #include "clients/rig/dialogue.h"
+#include "clients/rig/format.h"
 #include "clients/rig/text_difference.h"
 #include "core/base/files.h"
 
@@ -87,8 +88,15 @@ class AxisSetup {
     dialogue_.say("  scale      " + (file_.counts_per_deg
                                          ? fmt::format("counts_per_deg = {:g}", *file_.counts_per_deg)
                                          : std::string("not set in rig.toml")));
-    dialogue_.say(fmt::format("  stands at  {:.3f} deg, {}", axis->position_deg(),
-                              axis->homed() ? "homed" : "not homed"));
+    for (std::size_t end = 0; end < machine::kEnds; ++end) {
+      if (const auto& line = file_.limit_lines.at(end)) {
+        dialogue_.say(fmt::format("  {:9}  limit line '{}', device '{}' of module '{}'",
+                                  machine::kEndNames.at(end), line->line, line->device.device,
+                                  line->device.module));
+      }
+    }
+    dialogue_.say(fmt::format("  stands at  {:.3f} deg, {}{}", axis->position_deg(),
+                              axis->homed() ? "homed" : "not homed", describe_trouble(*axis)));
     // It is replaced, not written into.
     const auto folder = std::filesystem::absolute(options_.config).parent_path();
     if (::access(folder.c_str(), W_OK) != 0)
@@ -193,6 +201,12 @@ class AxisSetup {
           "Turn the direction of {} round where its module, its drive or its wiring sets it: module '{}' has "
           "no key `reversed` in [module.settings.axis.{}].",
           file_.axis, file_.module, file_.device));
+    }
+    if (file_.limit_lines[machine::kLow] || file_.limit_lines[machine::kHigh]) {
+      by_hand_.push_back(fmt::format(
+          "The limit lines of {0} change places with the direction: exchange [lines.limit.{0}.low] and "
+          "[lines.limit.{0}.high] before the axis moves again.",
+          file_.axis));
     }
     return rest_later("The ends and home change places with the direction");
   }

@@ -94,13 +94,21 @@ std::string describe_control(const protocol::Control& control) {
   return out;
 }
 
+std::string describe_trouble(const protocol::AxisStatus& axis) {
+  std::string out;
+  if (axis.at_low_limit()) out += ", on its low limit switch";
+  if (axis.at_high_limit()) out += ", on its high limit switch";
+  if (!axis.fault().empty()) out += ", " + axis.fault();
+  return out;
+}
+
 std::string describe_status(const protocol::Status& status) {
   std::string out =
       fmt::format("{} (rigd {}): {}\n", status.rig_name(), status.rigd_version(), describe_mode(status));
   for (const auto& axis : status.axes()) {
     out += fmt::format("  {:5} {:10.4f} deg  ({:.1f} to {:.1f})  {}{}{}\n", axis.name(), axis.position_deg(),
                        axis.min_deg(), axis.max_deg(), axis.homed() ? "homed" : "not homed",
-                       axis.moving() ? ", moving" : "", axis.fault().empty() ? "" : ", " + axis.fault());
+                       axis.moving() ? ", moving" : "", describe_trouble(axis));
   }
   out += "  " + describe_light(status.light()) + "\n";
   if (!status.control().holder().empty()) out += "  controlled by " + status.control().holder() + "\n";

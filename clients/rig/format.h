@@ -19,6 +19,8 @@ namespace rig::client {
 /// "12.3 GB", "45.6 MB".
 [[nodiscard]] std::string describe_bytes(double bytes);
 [[nodiscard]] std::string describe_preflight(const protocol::Preflight& flight);
+/// What there is to say of an axis beside where it stands, each after a comma: limit switches, its fault.
+[[nodiscard]] std::string describe_trouble(const protocol::AxisStatus& axis);
 /// Several lines, each with its end.
 [[nodiscard]] std::string describe_status(const protocol::Status& status);
 

@@ -16,7 +16,7 @@ constexpr std::size_t kNarrowestPicture = 24;
 constexpr std::size_t kWidestPicture = 80;
 constexpr std::size_t kHistogramBins = 40;
 
-// Where an axis stands between its limits, and where it is going.
+// Where an axis stands between its limits, and where it is going. A limit switch that is active is a !.
 std::string travel(const protocol::AxisStatus& axis, std::size_t width) {
   std::string line(width, '-');
   const double span = axis.max_deg() - axis.min_deg();
@@ -27,16 +27,15 @@ std::string travel(const protocol::AxisStatus& axis, std::size_t width) {
   };
   if (axis.moving()) mark(axis.target_deg(), '>');
   mark(axis.position_deg(), axis.moving() ? '*' : '|');
-  return "[" + line + "]";
+  return (axis.at_low_limit() ? "!" : "[") + line + (axis.at_high_limit() ? "!" : "]");
 }
 
 std::vector<std::string> axis_lines(const protocol::Status& status) {
   std::vector<std::string> lines;
   for (const auto& axis : status.axes()) {
-    lines.push_back(fmt::format("{:5} {:10.3f} deg {} {}{}", axis.name(), axis.position_deg(),
-                                travel(axis, 24),
-                                axis.homed() ? (axis.moving() ? "moving" : "at rest") : "not homed",
-                                axis.fault().empty() ? "" : ", " + axis.fault()));
+    lines.push_back(fmt::format(
+        "{:5} {:10.3f} deg {} {}{}", axis.name(), axis.position_deg(), travel(axis, 24),
+        axis.homed() ? (axis.moving() ? "moving" : "at rest") : "not homed", describe_trouble(axis)));
   }
   return lines;
 }

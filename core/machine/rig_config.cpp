@@ -312,13 +312,7 @@ base::Result<RigConfig> read_rig(const ConfigTable& root) {
                light.number_or("safe_level", 0, {0, 1})};
   rig.carrier = read_carrier(root.table("carrier"));
   if (const auto lines = root.table_if("lines")) {
-    if (const auto stop = lines->table_if("emergency_stop")) {
-      rig.emergency_stop = LineRef{read_device(*stop, rig.modules), stop->text("line")};
-    }
-    if (const auto trigger = lines->table_if("camera_trigger")) {
-      rig.camera_trigger = TriggerLine{{read_device(*trigger, rig.modules), trigger->text("line")},
-                                       1e-6 * trigger->number_or("pulse_us", 1000, {1, 1e6})};
-    }
+    rig.lines = read_lines(*lines, [&](const ConfigTable& table) { return read_device(table, rig.modules); });
   }
   if (const auto deadlines = root.table_if("deadlines")) rig.deadlines = read_deadlines(*deadlines);
   const ConfigTable bodies = root.table("bodies");

@@ -11,16 +11,11 @@
 #include "core/geometry/camera.h"
 #include "core/geometry/sensor.h"
 #include "core/machine/access_config.h"
+#include "core/machine/lines_config.h"
 #include "core/machine/pose.h"
 #include "core/machine/unattended_config.h"
 
 namespace rig::machine {
-
-/// Which device of which driver module plays a part.
-struct DeviceRef {
-  std::string module;  ///< name of a [[module]]
-  std::string device;  ///< name that the module gives its device
-};
 
 struct AxisConfig {
   DeviceRef device;
@@ -91,18 +86,6 @@ struct LightConfig {
   double safe_level = 0;   ///< of a light without a shutter, where everything stops
 };
 
-/// One line of a digital I/O device.
-struct LineRef {
-  DeviceRef device;
-  std::string line;
-};
-
-/// The output that triggers the camera.
-struct TriggerLine {
-  LineRef line;
-  double pulse_s = 0.001;
-};
-
 struct ModuleConfig {
   std::string name;
   std::string file;            ///< "virtual" finds librig_driver_virtual.so in the driver path; or a path
@@ -126,8 +109,7 @@ struct RigConfig {
   CameraConfig camera;
   LightConfig light;
   CarrierConfig carrier;
-  std::optional<LineRef> emergency_stop;      ///< input that says the hardware cut drive power
-  std::optional<TriggerLine> camera_trigger;  ///< none: by the camera's own command
+  LinesConfig lines;
   Deadlines deadlines;
   Bodies bodies;
   std::vector<KeepOut> keep_out;

@@ -7,6 +7,7 @@
 #include "daemon/following.h"
 #include "daemon/frame_check.h"
 #include "daemon/motion.h"
+#include "daemon/safety.h"
 #include "daemon/step.h"
 #include "tests/daemon/small_setup.h"
 

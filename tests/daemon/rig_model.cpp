@@ -38,6 +38,8 @@ RigModel::RigModel(Setup setup, State state, std::uint64_t seed)
     drives_[i].homed = last.homed;
     drives_[i].enabled = last.enabled;
     told_[i] = last;
+    constexpr double kNowhere_rad = 1e9;
+    line_switch_rad[i] = {-kNowhere_rad, kNowhere_rad};
   }
 }
 
@@ -88,7 +90,14 @@ void RigModel::feed(What what) {
   if (const auto* received = std::get_if<RequestReceived>(&what))
     open_requests_.insert(received->request.id());
   if (const auto* polled = std::get_if<AxisPolled>(&what)) told_[polled->axis] = polled->state;
-  if (const auto* read = std::get_if<LinesRead>(&what)) told_emergency_ = read->emergency_stop;
+  if (const auto* read = std::get_if<LinesRead>(&what)) {
+    told_emergency_ = read->emergency_stop.value_or(told_emergency_);
+    told_lines_ = read->limits;
+    lines_as_of_ = std::max(lines_as_of_, read->asked);
+  }
+  if (const auto* failed = std::get_if<DeviceFailed>(&what)) {
+    if (failed->device == "lines") told_lines_ = {};
+  }
   if (const auto* committed = std::get_if<PoseCommitted>(&what)) {
     if (exposed_row_ == committed->row) exposed_row_ = -1;
   }
@@ -96,6 +105,7 @@ void RigModel::feed(What what) {
   Step next = step(setup_, std::move(state_), Event{now_, what, now_});
   state_ = std::move(next.state);
   check(before, what, next.actions);
+  check_limit_lines(before, what);
   for (const Action& action : next.actions) {
     look_at(action);
     carry_out(action);
@@ -121,12 +131,57 @@ void RigModel::check(const State& before, const What& what, const Actions& actio
   expect(!state_.motion && !state_.frame && !state_.snap && !state_.job, "a stop left something under way");
 }
 
+bool RigModel::has_limit_line(std::size_t axis) const {
+  const machine::LimitLines& lines = setup_.rig.lines.limit[axis];
+  return lines[kLow] || lines[kHigh];
+}
+
+// An axis that runs into the switch of a limit line is stopped when that is read, and never moves for longer
+// than lines_ms without a reading.
+void RigModel::check_limit_lines(const State& before, const What& what) {
+  const auto& motion = state_.motion;
+  for (std::size_t i = 0; i < kAxisCount && motion && motion->kind != Motion::Kind::homing; ++i) {
+    if (!motion->involved[i] || !has_limit_line(i)) continue;
+    const double unread_s = base::to_seconds(now_ - std::max(lines_as_of_, motion->began));
+    expect(unread_s < setup_.rig.deadlines.lines_s + 1e-6, "an axis moves and its limit lines are not read");
+    if (!std::holds_alternative<LinesRead>(what) || !before.motion) continue;
+    const double way = state_.axes[i].target_rad - motion->from_rad[i];
+    const double tolerance_rad = setup_.rig.axes[i].tolerance_rad;
+    expect(!(told_lines_[i][kLow].value_or(false) && way < -tolerance_rad) &&
+               !(told_lines_[i][kHigh].value_or(false) && way > tolerance_rad),
+           "an axis that ran into the switch of a limit line moves on");
+  }
+}
+
+void RigModel::read_lines(base::Time asked) {
+  if (lines_silent || lost("lines") || chance(faults.lost)) return;
+  if (chance(faults.refused)) return answer(DeviceFailed{"lines: no answer", "lines"});
+  LinesRead read{"lines", asked, emergency_stop, {}};
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    if (setup_.rig.lines.limit[i][kLow]) read.limits[i][kLow] = place(i) <= line_switch_rad[i][kLow];
+    if (setup_.rig.lines.limit[i][kHigh]) read.limits[i][kHigh] = place(i) >= line_switch_rad[i][kHigh];
+  }
+  answer(std::move(read));
+}
+
 void RigModel::check_request_books() {
   std::set<std::uint64_t> waiting = creating_;
   if (state_.motion && state_.motion->asker) waiting.insert(state_.motion->asker->id);
   if (state_.snap) waiting.insert(state_.snap->asker.id);
   expect(waiting == open_requests_, "a request is neither answered nor under way");
   open_requests_ = waiting;
+}
+
+// Unknown is not free, and a switch that is pressed lets an axis out only.
+void RigModel::expect_lines_allow(std::size_t axis, double way_rad) {
+  const double tolerance_rad = setup_.rig.axes[axis].tolerance_rad;
+  for (std::size_t end = 0; end < kEnds; ++end) {
+    if (!setup_.rig.lines.limit[axis][end]) continue;
+    const auto& told = told_lines_[axis][end];
+    expect(told.has_value(), "a move while what a limit line says is not known");
+    const double further_in = end == kLow ? -way_rad : way_rad;
+    expect(!told.value_or(false) || further_in <= tolerance_rad, "a move further into a limit line's switch");
+  }
 }
 
 // What an action must not be, whatever led to it.
@@ -149,6 +204,7 @@ void RigModel::look_at(const Action& action) {
       expect(told_[i].fault.empty(), "a move while an axis has a fault");
       const bool goes = state_.motion && state_.motion->involved[i];
       there[i] = goes ? state_.axes[i].target_rad : told_[i].position_rad;
+      expect_lines_allow(i, goes ? there[i] - told_[i].position_rad : 0);
     }
     expect(machine::check_standing(setup_.rig, there).has_value(), "a move into a keep-out zone");
   }
@@ -162,6 +218,7 @@ void RigModel::look_at(const Action& action) {
     expect(here.fault.empty() && !here.moving, "a jog of an axis that moves or has a fault");
     expect(!(here.at_low_limit && jog->by_rad < 0) && !(here.at_high_limit && jog->by_rad > 0),
            "a jog further into a limit switch");
+    for (std::size_t i = 0; i < kAxisCount; ++i) expect_lines_allow(i, i == jog->axis ? jog->by_rad : 0);
   }
   if (const auto* publish = std::get_if<Publish>(&action)) {
     expect(publish->event.number() == last_event_ + 1, "event numbers have a gap");
@@ -587,8 +644,8 @@ void RigModel::carry_out(const Action& action) {
       if (on_light_read) on_light_read(light);
       answer(LightPolled{number, light});
     });
-  } else if (std::holds_alternative<ReadLines>(action)) {
-    on_channel(kLight, [this] { answer(LinesRead{emergency_stop}); });
+  } else if (const auto* lines = std::get_if<ReadLines>(&action)) {
+    on_channel(kLight, [this, asked = lines->asked] { read_lines(asked); });
   } else if (const auto* released = std::get_if<ReleaseFrame>(&action)) {
     release(released->slot);
   } else if (const auto* reply = std::get_if<SendReply>(&action)) {

@@ -6,6 +6,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -40,6 +41,9 @@ class RigModel {
   base::Time busy_until{};    ///< the camera
   bool refuses_jogs = false;  ///< drives that cannot move before they are homed
   std::array<bool, kAxisCount> on_low_switch{}, on_high_switch{};
+  /// Where the switches stand that are wired to limit lines; an axis that is past one presses it.
+  std::array<std::array<double, kEnds>, kAxisCount> line_switch_rad;
+  bool lines_silent = false;   ///< no reading of the lines is answered
   std::set<std::string> gone;  ///< "camera", "axis pan", ... do not answer
   /// A fault of the drive, which it keeps until it is enabled.
   std::array<std::string, kAxisCount> latched_fault;
@@ -59,6 +63,8 @@ class RigModel {
   void request(protocol::Request request, protocol::Role role = protocol::Role::operator_,
                std::string who = "operator");
   void post(What what) { mailbox_.push_back(std::move(what)); }
+
+  [[nodiscard]] double place(std::size_t axis) const;
 
   void lose_reference(std::size_t axis) { drives_[axis].homed = false; }
 
@@ -108,7 +114,10 @@ class RigModel {
   bool lost(const std::string& device);
   void drive(std::size_t axis, double to, double seconds);
   void stop_drive(std::size_t axis);
-  [[nodiscard]] double place(std::size_t axis) const;
+  void read_lines(base::Time asked);
+  void expect_lines_allow(std::size_t axis, double way_rad);
+  void check_limit_lines(const State& before, const What& what);
+  [[nodiscard]] bool has_limit_line(std::size_t axis) const;
   [[nodiscard]] bool moving(std::size_t axis) const;
   void poll(std::size_t axis, std::uint64_t number);
   void fetch(std::uint64_t exposure);
@@ -137,6 +146,9 @@ class RigModel {
   bool shutter_ = false;
   base::Time lit_{};
   bool told_emergency_ = false;
+  // What step() was told of each limit line last; nothing: not yet, or its device has failed since.
+  std::array<std::array<std::optional<bool>, kEnds>, kAxisCount> told_lines_;
+  base::Time lines_as_of_{};  // when the newest reading that it was told was asked for
   bool latched_ = false;
   std::optional<std::pair<base::Time, double>> exposing_;
   std::set<int> slots_;

@@ -179,6 +179,7 @@ std::set<std::string> random_losses(base::Random& random) {
   std::set<std::string> gone;
   if (random.below(3) == 0) gone.insert("camera");
   if (random.below(3) == 0) gone.insert("axis " + axis_name(random));
+  if (random.below(3) == 0) gone.insert("lines");
   return gone;
 }
 
@@ -196,6 +197,32 @@ Faults random_faults(base::Random& random) {
   faults.bad_visit = sometimes(0.3);
   faults.late_s = random.below(3) == 0 ? 1 : 0.01;
   return faults;
+}
+
+machine::LinesConfig random_lines(base::Random& random) {
+  machine::LinesConfig lines;
+  const machine::DeviceRef device{"virtual", "lines"};
+  if (random.below(4) != 0) lines.emergency_stop = machine::LineRef{device, "emergency_stop"};
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    for (std::size_t end = 0; end < kEnds; ++end) {
+      if (random.below(2) == 0) lines.limit[i][end] = machine::LineRef{device, machine::limit_part(i, end)};
+    }
+  }
+  return lines;
+}
+
+// Where the switches of limit lines stand: at the ends, or some near where the axis is, or even on it.
+void place_switches(base::Random& random, const daemon::Setup& setup, RigModel& model, bool in_the_way) {
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    const machine::AxisConfig& axis = setup.rig.axes[i];
+    constexpr double kBeyond_rad = 0.1;
+    model.line_switch_rad[i] = {axis.min_rad - kBeyond_rad, axis.max_rad + kBeyond_rad};
+    if (!in_the_way) continue;
+    if (random.below(2) == 0)
+      model.line_switch_rad[i][kLow] = model.place(i) - base::radians(random.uniform(-2, 20));
+    if (random.below(2) == 0)
+      model.line_switch_rad[i][kHigh] = model.place(i) + base::radians(random.uniform(-2, 20));
+  }
 }
 
 std::string where_it_hangs(const State& state) {
@@ -219,6 +246,7 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
   base::Random random(test::seed(20260101));
   std::size_t steps = 0;
   std::size_t frames = 0;
+  std::size_t ran_in = 0;
   for (std::uint64_t round = 0; round < rounds(); ++round) {
     daemon::Setup setup = small_setup();
     setup.light.has_shutter = random.below(4) != 0;
@@ -230,7 +258,11 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     if (random.below(2) == 0) setup.rig.unattended.reference = some_reference();
     if (setup.rig.unattended.reference && random.below(2) == 0)
       setup.rig.unattended.reference->flat = some_flat();
+    if (random.below(2) == 0) setup.rig.lines = random_lines(random);
+    // A reading may be late by one second in some rounds.
+    setup.rig.deadlines.lines_s = 5;
     RigModel model(setup, random_state(random), random.bits());
+    place_switches(random, setup, model, false);
     const std::uint64_t jobs = random.below(3);
     for (std::uint64_t id = 1; id <= jobs; ++id) {
       JobEntry entry;
@@ -244,12 +276,14 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     model.on_light_read = [&lamp](drivers::LightState& light) { light.level *= lamp; };
     const double pause_s = random.below(2) == 0 ? 0.2 : 20;
     base::Time next_request = model.now();
+    bool switches_in_the_way = true;
     const auto run = [&](bool calm, std::size_t most, const auto& until) {
       for (const std::size_t end = model.steps() + most; model.steps() < end && !until();) {
         const base::Time due = next_request;
         model.advance(due);
         if (model.now() < due) continue;
         next_request = model.now() + seconds(random.uniform(0, 2 * pause_s));
+        if (random.below(4) == 0) place_switches(random, setup, model, switches_in_the_way);
         if (!calm) {
           if (random.below(40) == 0) model.emergency_stop = !model.emergency_stop;
           if (random.below(20) == 0) model.gone = random_losses(random);
@@ -279,7 +313,11 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     model.gone.clear();
     model.free_bytes = 1e12;
     lamp = 1;
-    run(true, 20000, [&] {
+    // The jobs go on, and every now and then a switch is in their way.
+    run(true, 3000, [&] { return all_jobs_ended(model.state()); });
+    switches_in_the_way = false;
+    place_switches(random, setup, model, false);
+    run(true, 60000, [&] {  // looks at limit lines are steps, too
       return all_jobs_ended(model.state()) && !model.state().motion && !model.state().snap && model.idle();
     });
     ASSERT_TRUE(model.broken().empty()) << "round " << round << ", " << model.broken().front();
@@ -288,9 +326,13 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     model.check_at_rest();
     ASSERT_TRUE(model.broken().empty()) << "round " << round << ", " << model.broken().front();
     steps += model.steps();
-    for (const auto& event : model.events()) frames += event.has_frame_taken() ? 1 : 0;
+    for (const auto& event : model.events()) {
+      frames += event.has_frame_taken() ? 1 : 0;
+      ran_in += event.has_stop_latched() && event.stop_latched().reason().ends_with(" limit switch") ? 1 : 0;
+    }
   }
-  std::printf("%zu steps, %zu frames\n", steps, frames);
+  std::printf("%zu steps, %zu frames, %zu times into a limit switch\n", steps, frames, ran_in);
+  EXPECT_GT(ran_in, rounds() / 20);
   EXPECT_GT(frames, rounds());  // the randomness must not keep everything from happening
 }
 

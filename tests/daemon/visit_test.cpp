@@ -131,6 +131,34 @@ TEST_F(VisitTest, ThreeBadOnesWaitForAPerson) {
   EXPECT_EQ(entry().done, 5);
 }
 
+TEST_F(VisitTest, ALastPoseThatIsAbandonedLeavesThoseBeforeItToBeProven) {
+  add_job(small_job(2));
+  run_until([&] { return actions<TriggerCamera>().size() == 3; });  // the visit's two, then the first pose
+  model_->on_high_switch[0] = true;                                 // the way to the second
+  run_until([&] { return entry().abandoned == 1; });
+  model_->on_high_switch[0] = false;
+  run_to_completion();
+  EXPECT_EQ(commits(), 1U);
+  ASSERT_EQ(visits().size(), 2U);
+  EXPECT_TRUE(visits()[1].good()) << visits()[1].what();
+}
+
+TEST_F(VisitTest, PosesThatTheLastOneGivesBackWaitAsTheJobDoes) {
+  add_job(small_job(1));
+  run_until([&] { return actions<TriggerCamera>().size() == 3; });
+  ASSERT_EQ(hold(1, "by hand").outcome(), protocol::DONE);
+  model_->patch_dn = 900;
+  run_until([&] { return visits().size() == 2; });
+  EXPECT_EQ(visits()[1].poses_again(), 1U);
+  model_->patch_dn = 1000;
+  run_for(3 * some_reference().again_s);
+  EXPECT_EQ(commits(), 1U) << "a pose was taken while the job is held";
+  ASSERT_EQ(release(1).outcome(), protocol::DONE);
+  run_to_completion();
+  EXPECT_EQ(commits(), 2U);
+  EXPECT_EQ(entry().done, 1);
+}
+
 TEST_F(VisitTest, WhereNoPoseDependsOnItAnotherLightIsBegunWith) {
   add_job(small_job(3));
   run_until([&] { return commits() == 2; });

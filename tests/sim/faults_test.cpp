@@ -111,11 +111,11 @@ TEST_F(FaultsTest, OfAChanceStrikeThatOftenAndTheSameWithTheSameSeed) {
 TEST_F(FaultsTest, FollowTheirFile) {
   Faults f(plan_of(""), folder_ / "faults.toml",
            [this](const std::string& text) { complaints_.push_back(text); });
-  const auto struck = [&] { return f.strike_switch("pan", true, 0); };
+  const auto struck = [&] { return f.strike_switch(FaultKind::limit_switch, "pan", true, 0); };
   EXPECT_FALSE(struck());
   test::put_bytes(folder_ / "faults.toml", "[[fault]]\nkind = \"limit-switch\"\nside = \"high\"\n");
   EXPECT_TRUE(struck());
-  EXPECT_FALSE(f.strike_switch("pan", false, 0));
+  EXPECT_FALSE(f.strike_switch(FaultKind::limit_switch, "pan", false, 0));
   test::put_bytes(folder_ / "faults.toml", "[[fault]]\nkind = \"nonsense\"\n");
   EXPECT_TRUE(struck());  // as before
   EXPECT_TRUE(struck());

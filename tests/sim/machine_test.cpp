@@ -230,6 +230,45 @@ TEST_F(MachineTest, APressBetweenTwoLooksIsNotMissed) {
   EXPECT_TRUE(machine_->axis_state(kPan).enabled);
 }
 
+TEST_F(MachineTest, SwitchesAtTheLinesSeeWhereTheAxisTrulyStands) {
+  world_.axes[kPan].low_switch_rad = radians(-50);
+  world_.faults.faults.push_back({});
+  world_.faults.faults.back().kind = FaultKind::lost_steps;
+  world_.faults.faults.back().amount = radians(-10);
+  world_.faults.faults.back().after = 2;
+  world_.faults.faults.back().times = 1;
+  reopen();
+  home_all();
+  const auto pan_low = [&] { return machine_->limit_lines()[kPan][0]; };
+  EXPECT_FALSE(pan_low());
+  send(kPan, radians(-45));
+  clock_.pass(100);
+  EXPECT_FALSE(pan_low());
+  send(kPan, radians(-55));
+  clock_.pass(100);
+  EXPECT_TRUE(pan_low());
+  EXPECT_TRUE(pan_low()) << "while it stands there";
+  EXPECT_FALSE(machine_->axis_state(kPan).at_low_limit) << "the drive has switches of its own";
+  send(kPan, radians(-45));  // loses steps
+  clock_.pass(100);
+  EXPECT_TRUE(pan_low());
+  EXPECT_TRUE(pan_low()) << "not only for what was before";
+  EXPECT_NEAR(position(kPan), radians(-45), world_.axes[kPan].resolution_rad);
+  EXPECT_FALSE(machine_->limit_lines()[kPan][1]);
+  EXPECT_FALSE(machine_->limit_lines()[0][0]);
+}
+
+TEST_F(MachineTest, ASwitchThatWasPressedBetweenTwoReadingsCounts) {
+  home_all();
+  EXPECT_FALSE(machine_->limit_lines()[kPan][1]);
+  send(kPan, radians(1000));
+  clock_.pass(100);
+  send(kPan, 0);
+  clock_.pass(100);
+  EXPECT_TRUE(machine_->limit_lines()[kPan][1]) << "at the hard stop, where no other place is said";
+  EXPECT_FALSE(machine_->limit_lines()[kPan][1]);
+}
+
 TEST_F(MachineTest, WhatIsUnpluggedSaysThatItIsLost) {
   world_.faults.faults.push_back({});
   world_.faults.faults.back().kind = FaultKind::unplugged;

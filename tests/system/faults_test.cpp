@@ -22,9 +22,11 @@ const char* const kVisits =
 
 class Fault : public ::testing::Test {
  protected:
+  explicit Fault(const std::string& rig_toml = tiny_rig_toml()) : rig_(folder_ / "rig", rig_toml) {}
+
   std::vector<std::string> told_;  // reasons that were heard of, as expressions
   TemporaryFolder folder_;
-  RunningRig rig_{folder_ / "rig", tiny_rig_toml()};
+  RunningRig rig_;
 
   // Written whole, so that the rig never reads half of it.
   void cause(const std::string& faults) {
@@ -105,15 +107,34 @@ class Fault : public ::testing::Test {
     while (status().time_us() < now_us + 2'000'000) {
     }
   }
+  // After a start and after a stop every axis and every limit line has to be read first.
+  protocol::Reply ask_once_known(const protocol::Request& request) {
+    protocol::Reply reply = rig_.ask(request);
+    while (reply.reason().find("is not known") != std::string::npos) reply = rig_.ask(request);
+    return reply;
+  }
   protocol::Reply move_pan(double to_deg) {
     protocol::Request request;
     auto& axis = *request.mutable_move()->add_axes();
     axis.set_axis("pan");
     axis.set_angle_deg(to_deg);
-    protocol::Reply reply = rig_.ask(request);
-    // After a stop every axis has to be read first.
-    while (reply.reason().find("is not known") != std::string::npos) reply = rig_.ask(request);
-    return reply;
+    return ask_once_known(request);
+  }
+  protocol::Reply jog_pan(double by_deg) {
+    protocol::Request request;
+    request.mutable_jog()->set_axis("pan");
+    request.mutable_jog()->set_by_deg(by_deg);
+    return ask_once_known(request);
+  }
+  void hold() {
+    protocol::Request request;
+    request.mutable_hold_job()->set_job(1);
+    rig_.expect_done(request);
+  }
+  void release() {
+    protocol::Request request;
+    request.mutable_release_job()->set_job(1);
+    rig_.expect_done(request);
   }
   [[nodiscard]] scan::ScanView view() const {
     auto scan = scan::open_scan(rig_.scan());
@@ -213,9 +234,7 @@ TEST_F(Fault, AnAxisThatRanIntoItsSwitchIsDrivenOutOfIt) {
   begin(tiny_job(6, 20));
   expect_stop("axis pan ran into its low limit switch");
   cause("[[fault]]\nkind = \"limit-switch\"\ndevice = \"pan\"\nside = \"low\"\n");
-  protocol::Request hold;
-  hold.mutable_hold_job()->set_job(1);
-  rig_.expect_done(hold);
+  hold();
   EXPECT_EQ(clear(), protocol::DONE);
   while (!status().job().resting()) {
   }
@@ -231,10 +250,114 @@ TEST_F(Fault, AnAxisThatRanIntoItsSwitchIsDrivenOutOfIt) {
   wait_for_readings();
   const protocol::Reply back = move_pan(here_deg);
   EXPECT_EQ(back.outcome(), protocol::DONE) << back.reason();
-  protocol::Request release;
-  release.mutable_release_job()->set_job(1);
-  rig_.expect_done(release);
+  release();
   expect_nothing_lost();
+}
+
+// The tiny rig with pan's limit switches on lines. `low_deg`: where the low one stands.
+std::string with_limit_lines(double low_deg) {
+  std::string text = tiny_rig_toml();
+  const std::string stop = "low_deg = -95.0";
+  const auto at = text.find(stop);
+  EXPECT_NE(at, std::string::npos);
+  text.insert(at + stop.size(), fmt::format("\nlow_switch_deg = {:.1f}", low_deg));
+  for (const char* end : {"low", "high"}) {
+    text += fmt::format(
+        "\n[lines.limit.pan.{0}]\nmodule = \"virtual\"\ndevice = \"lines\"\nline = \"pan_{0}\"\n", end);
+  }
+  return text;
+}
+
+class FaultOfLimitLines : public Fault {
+ protected:
+  // The job goes down to -40 degrees.
+  FaultOfLimitLines() : Fault(with_limit_lines(-44)) {}
+};
+
+TEST_F(FaultOfLimitLines, ThereIsNoneWhereNoneIsReached) {
+  begin();
+  expect_nothing_lost();
+}
+
+TEST_F(FaultOfLimitLines, OneThatIsActiveOnTheWayStopsTheRig) {
+  cause("[[fault]]\nkind = \"limit-line\"\ndevice = \"pan\"\nside = \"low\"\nfrom_s = 905\nchance = 0.2\n");
+  begin(tiny_job(6, 20));  // standing on it is a pose that fails
+  expect_stop("axis pan ran into its low limit switch");
+  mend();
+  EXPECT_EQ(clear(), protocol::DONE);
+  expect_nothing_lost();
+}
+
+// The drive believes to be 8 degrees from where it is, and has no switch there.
+TEST_F(FaultOfLimitLines, AnAxisThatLostStepsRunsIntoItsSwitchAndIsDrivenOutAndHomed) {
+  cause("[[fault]]\nkind = \"lost-steps\"\ndevice = \"pan\"\nby_deg = -8\nafter = 1\ntimes = 1\n");
+  begin();
+  expect_stop("axis pan ran into its low limit switch");
+  hold();
+  EXPECT_EQ(clear(), protocol::DONE);
+  while (!status().job().resting()) {
+  }
+  wait_for_readings();
+  EXPECT_TRUE(status().axes(2).at_low_limit());
+  const double here_deg = status().axes(2).position_deg();
+  EXPECT_LT(here_deg - 8, -44);
+  // Fifty milliseconds at 60 degrees/s, some more for the calls, and the way in which it brakes.
+  EXPECT_GT(here_deg - 8, -44 - 60 * 0.1 - 60 * 60 / (2 * 120.0));
+  const protocol::Reply further_in = move_pan(here_deg - 5);
+  EXPECT_EQ(further_in.outcome(), protocol::REFUSED);
+  EXPECT_THAT(further_in.reason(), ContainsRegex("axis pan stands on its low limit switch"));
+  const protocol::Reply out = move_pan(-20);
+  EXPECT_EQ(out.outcome(), protocol::DONE) << out.reason();
+  wait_for_readings();
+  EXPECT_FALSE(status().axes(2).at_low_limit());
+  protocol::Request home;
+  home.mutable_home()->add_axes("pan");
+  rig_.expect_done(home);
+  release();
+  expect_nothing_lost();
+}
+
+TEST_F(FaultOfLimitLines, LinesThatAreUnpluggedSuspendTheJobWhichGoesOnByItself) {
+  cause("[[fault]]\nkind = \"unplugged\"\ndevice = \"lines\"\nfrom_s = 910\ntimes = 3\n");
+  begin();
+  expect_suspension("device lost", "lines: is not connected");
+  expect_nothing_lost();
+}
+
+class FaultOfLimitLinesBeforeHoming : public Fault {
+ protected:
+  FaultOfLimitLinesBeforeHoming() : Fault(with_limit_lines(2)) {}  // pan stands at 5 degrees
+};
+
+TEST_F(FaultOfLimitLinesBeforeHoming, AJogIntoTheSwitchStopsAndOnlyOutIsAllowed) {
+  ASSERT_NO_FATAL_FAILURE(rig_.start());
+  const protocol::Reply in = jog_pan(-9);
+  EXPECT_EQ(in.outcome(), protocol::FAILED);
+  EXPECT_THAT(in.reason(), ContainsRegex("axis pan ran into its low limit switch"));
+  expect_stop("axis pan ran into its low limit switch");
+  EXPECT_EQ(clear(), protocol::DONE);
+  wait_for_readings();
+  EXPECT_TRUE(status().axes(2).at_low_limit());
+  const protocol::Reply further_in = jog_pan(-1);
+  EXPECT_EQ(further_in.outcome(), protocol::REFUSED);
+  EXPECT_THAT(further_in.reason(), ContainsRegex("axis pan stands on its low limit switch"));
+  const protocol::Reply out = jog_pan(6);
+  EXPECT_EQ(out.outcome(), protocol::DONE) << out.reason();
+  wait_for_readings();
+  EXPECT_FALSE(status().axes(2).at_low_limit());
+}
+
+TEST(LimitLine, OneThatIsNotThereIsSaid) {
+  const TemporaryFolder folder;
+  put_bytes(folder / "rig.toml",
+            tiny_rig_toml() +
+                "\n[lines.limit.arm.low]\nmodule = \"virtual\"\ndevice = \"lines\"\nline = \"elbow_low\"\n");
+  const int status = run_program(
+      "rigd", {"--config", folder / "rig.toml", "--state", folder / "state", "--runtime", folder / "run"},
+      folder / "log");
+  EXPECT_NE(status, 0);
+  EXPECT_THAT(bytes_in(folder / "log"),
+              ContainsRegex("lines.limit.arm.low: there is no input line 'elbow_low'"));
 }
 
 TEST_F(Fault, TheEmergencyStopLatchesUntilItIsReleasedAndCleared) {

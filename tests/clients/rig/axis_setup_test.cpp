@@ -352,6 +352,29 @@ TEST_F(AxisSetupTest, PermissionsAndLinksStay) {
   EXPECT_EQ(fs::status(path_).permissions(), mode);
 }
 
+class WithLimitLines : public AxisSetupTest {
+ protected:
+  WithLimitLines()
+      : AxisSetupTest(with_keys() +
+                      "\n[lines.limit.pan.high]\nmodule = \"virtual\"\ndevice = \"lines\"\nline = "
+                      "\"pan_high\"\n\n[lines.limit.arm.low]\nmodule = \"virtual\"\ndevice = \"lines\"\n"
+                      "line = \"arm_low\"\n") {}
+};
+
+TEST_F(WithLimitLines, AreShownAndChangePlacesWithTheDirection) {
+  status_.mutable_axes(2)->set_at_high_limit(true);
+  const std::string shown = answered({"n", "n", "keep", "keep", "n"});
+  ASSERT_TRUE(result_.has_value()) << result_.error().text();
+  EXPECT_THAT(shown, HasSubstr("limit line 'pan_high', device 'lines' of module 'virtual'"));
+  EXPECT_THAT(shown, HasSubstr("homed, on its high limit switch"));
+  EXPECT_THAT(shown, Not(HasSubstr("arm_low")));
+  EXPECT_THAT(shown, Not(HasSubstr("exchange")));
+  const std::string turned = answered({"", "", "n", "y"});
+  ASSERT_TRUE(result_.has_value()) << result_.error().text();
+  EXPECT_THAT(turned, HasSubstr("By hand: The limit lines of pan change places with the direction: exchange "
+                                "[lines.limit.pan.low] and [lines.limit.pan.high] before"));
+}
+
 class WithoutKeys : public AxisSetupTest {
  protected:
   WithoutKeys() : AxisSetupTest(shipped()) {}

@@ -83,6 +83,19 @@ TEST(DescribeStatus, IsATableOfTheRig) {
   EXPECT_THAT(describe_status(status), Not(HasSubstr("job")));
 }
 
+TEST(DescribeStatus, TellsOfLimitSwitches) {
+  protocol::Status status = status_of(protocol::IDLE);
+  auto& pan = *status.add_axes();
+  pan.set_name("pan");
+  pan.set_homed(true);
+  pan.set_at_low_limit(true);
+  EXPECT_THAT(describe_status(status), HasSubstr("  homed, on its low limit switch\n"));
+  pan.set_at_low_limit(false);
+  pan.set_at_high_limit(true);
+  pan.set_fault("overload");
+  EXPECT_THAT(describe_status(status), HasSubstr("  homed, on its high limit switch, overload\n"));
+}
+
 TEST(FormatDuration, RoundsToSeconds) {
   EXPECT_EQ(base::format_duration(0), "0:00");
   EXPECT_EQ(base::format_duration(0.6), "0:01");

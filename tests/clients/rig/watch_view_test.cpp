@@ -107,6 +107,16 @@ TEST(WatchView, ASuspensionStandsWithItsReasonAgeAndLimit) {
   }
 }
 
+TEST(WatchView, AnActiveLimitSwitchIsSeenAtItsEnd) {
+  WatchView view = busy_view();
+  view.status.mutable_axes(2)->set_at_low_limit(true);
+  view.status.mutable_axes(3)->set_at_high_limit(true);
+  const std::string text = joined(draw_watch(view, {120, 40, true, false}));
+  EXPECT_NE(text.find("tilt     -90.000 deg [|-----------------------] at rest"), std::string::npos) << text;
+  EXPECT_NE(text.find("pan      -90.000 deg !|-----------------------] at rest"), std::string::npos) << text;
+  EXPECT_NE(text.find("arm      -90.000 deg [|-----------------------! at rest"), std::string::npos) << text;
+}
+
 TEST(WatchView, TextIsBrokenBetweenWords) {
   using Lines = std::vector<std::string>;
   EXPECT_EQ(wrapped("one two three", 20, "  "), (Lines{"one two three"}));

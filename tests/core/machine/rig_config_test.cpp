@@ -46,7 +46,7 @@ TEST(RigConfig, TheShippedFileLoads) {
   EXPECT_DOUBLE_EQ(rig->light.arm_radius_m, 1);
   EXPECT_EQ(rig->carrier.fiducials.size(), 20U);
   EXPECT_EQ(rig->carrier.patches.size(), 4U);
-  EXPECT_EQ(rig->emergency_stop->line, "emergency_stop");
+  EXPECT_EQ(rig->lines.emergency_stop->line, "emergency_stop");
   EXPECT_EQ(rig->keep_out.size(), 2U);
 }
 
