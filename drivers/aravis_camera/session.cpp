@@ -7,7 +7,6 @@
 
 #include "drivers/aravis_camera/buffer_facts.h"
 #include "drivers/aravis_camera/finder.h"
-#include "drivers/aravis_camera/gain.h"
 
 namespace rig::drivers::aravis {
 
@@ -213,15 +212,20 @@ Result<void> Session::set_exposure(double exposure_s) {
   return {};
 }
 
+double Session::feature_for(double gain) const {
+  const double value = gain_value(settings_.gain, gain);
+  return made_.whole_gains ? std::round(value) : value;
+}
+
 Result<void> Session::set_gain(double gain) {
   if (asked_gain_ == gain || !made_.has_gain) return {};
   asked_gain_.reset();
   const auto did = ask_number("to set its gain", [&](GError** e) {
-    arv_camera_set_gain(camera_.get(), gain_value(settings_, made_.whole_gains, gain), e);
+    arv_camera_set_gain(camera_.get(), feature_for(gain), e);
     return *e == nullptr ? arv_camera_get_gain(camera_.get(), e) : 0;
   });
   if (!did) return pass(did);
-  gain_ = gain_factor(settings_, *did);
+  gain_ = gain_factor(settings_.gain, *did);
   asked_gain_ = gain;
   return {};
 }
@@ -267,7 +271,7 @@ Result<void> Session::expose(double exposure_s, double gain, bool by_line) {
                             can.min_exposure_s * 1e6, can.max_exposure_s * 1e6),
                 settings_.called());
   }
-  const double value = gain_value(settings_, made_.whole_gains, gain);
+  const double value = feature_for(gain);
   if (made_.has_gain ? !(value >= made_.min_gain && value <= made_.max_gain) : gain != 1) {
     return fail(ErrorCode::bad_input,
                 made_.has_gain ? fmt::format("it has no gain {}: its feature takes {} to {}", gain,

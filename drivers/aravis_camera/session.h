@@ -9,7 +9,6 @@
 #include <span>
 
 #include "core/base/clock.h"
-#include "core/base/log.h"
 #include "core/base/result.h"
 #include "drivers/api/device.h"
 #include "drivers/aravis_camera/camera_clock.h"
@@ -17,10 +16,11 @@
 #include "drivers/aravis_camera/frame_judge.h"
 #include "drivers/aravis_camera/frame_stream.h"
 #include "drivers/aravis_camera/settings.h"
+#include "drivers/common/camera_module.h"
 
 namespace rig::drivers::aravis {
 
-using Log = std::function<void(base::LogLevel, const std::string&)>;
+using Log = CameraLog;
 
 /// A frame that was unpacked.
 struct Taken {
@@ -71,6 +71,8 @@ class Session {
   [[nodiscard]] base::Result<void> outlast_old_exposure();
   [[nodiscard]] base::Result<void> listen_to(bool line);
   [[nodiscard]] base::Result<void> set_exposure(double exposure_s);
+  /// The gain feature's value for a factor.
+  [[nodiscard]] double feature_for(double gain) const;
   [[nodiscard]] base::Result<void> set_gain(double gain);
   [[nodiscard]] base::Result<void> drop_what_came();
   [[nodiscard]] base::Result<void> wait_until_ready();

@@ -5,7 +5,6 @@
 #include <cerrno>
 #include <cmath>
 
-#include "drivers/v4l2_camera/gain.h"
 #include "drivers/v4l2_camera/image_setup.h"
 
 namespace rig::drivers::v4l2 {
@@ -179,7 +178,7 @@ Result<void> set_up_gain(const Settings& settings, const Controls& controls, Con
     if (control == nullptr) control = find_control(controls, V4L2_CID_GAIN);
   }
   if (control == nullptr) return {};
-  const double one = gain_value(settings, 1);
+  const double one = gain_value(settings.gain, 1);
   if (!(one >= control->min && one <= control->max)) {
     return fail(ErrorCode::bad_input,
                 fmt::format("its {} takes {} to {}, and gain 1 would be {}", control->name, control->min,
