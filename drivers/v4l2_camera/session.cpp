@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "drivers/v4l2_camera/device_error.h"
 #include "drivers/v4l2_camera/measure.h"
 
 namespace rig::drivers::v4l2 {
