@@ -58,6 +58,8 @@ tl::unexpected<base::Error> control_failed_to(VideoNode& node, const std::string
       return said(ErrorCode::device, "the camera says that it is out of range", what);
     case EINVAL:
       return said(ErrorCode::device, "the camera knows no such control or value", what);
+    case EIO:
+      return said(ErrorCode::lost, "the camera does not answer, or knows no such control", what);
     case EPIPE:
       return said(ErrorCode::lost, "the camera refuses it, and says no reason", what);
     case EILSEQ:

@@ -47,7 +47,7 @@ TEST_F(Refusal, EachErrorOfAControlIsTheCameras) {
         Row{EINVAL, ErrorCode::device, "the camera knows no such control or value"},
         Row{EPIPE, ErrorCode::lost, "the camera refuses it, and says no reason"},
         Row{EILSEQ, ErrorCode::lost, "the camera does not answer, or refuses it"},
-        Row{EIO, ErrorCode::lost, "it does not answer"},
+        Row{EIO, ErrorCode::lost, "the camera does not answer, or knows no such control"},
         Row{ETIMEDOUT, ErrorCode::lost, "it does not answer"}, Row{ENODEV, ErrorCode::lost, "it is gone"}}) {
     SCOPED_TRACE(row.text);
     Rig rig(device_of(path_), kStated);
