@@ -2,27 +2,16 @@
 
 #include "drivers/aravis_camera/camera.h"
 #include "drivers/aravis_camera/settings.h"
+#include "drivers/common/camera_module.h"
 
 namespace rig::drivers::aravis {
-
-using base::Result;
 
 void check_settings(const base::ConfigTable& settings) {
   (void)read_settings(settings);
 }
 
-Result<std::vector<Device>> open_devices(const OpenContext& context) {
-  Settings settings = read_settings(context.settings);
-  if (auto fine = context.settings.noted(); !fine) return base::pass(fine);
-  const std::string name = settings.device;
-  auto camera = GenicamCamera::open(std::move(settings), context.clock,
-                                    [log = context.log](base::LogLevel level, const std::string& text) {
-                                      if (log != nullptr) log(level, text);
-                                    });
-  if (!camera) return base::pass(camera);
-  std::vector<Device> devices;
-  devices.push_back({name, name, std::move(*camera)});
-  return devices;
+base::Result<std::vector<Device>> open_devices(const OpenContext& context) {
+  return open_camera(context, read_settings, &Settings::device, &GenicamCamera::open);
 }
 
 }  // namespace rig::drivers::aravis

@@ -62,7 +62,16 @@ base::Result<void> FrameStream::open() {
   return {};
 }
 
+std::uint64_t FrameStream::resent_packets() const {
+  guint64 resent = 0;
+  if (stream_ && ARV_IS_GV_STREAM(stream_.get())) {
+    arv_gv_stream_get_statistics(ARV_GV_STREAM(stream_.get()), &resent, nullptr);
+  }
+  return resent_before_ + resent;
+}
+
 void FrameStream::close() {
+  resent_before_ = resent_packets();
   stream_.reset();
   socket_buffer_ = 0;
 }

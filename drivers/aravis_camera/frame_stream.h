@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "core/base/result.h"
@@ -31,6 +32,8 @@ class FrameStream {
   /// Of the socket that open() made, as the kernel granted it, in bytes as asked for; 0: there is none, or it
   /// is not known.
   [[nodiscard]] int socket_buffer_bytes() const { return socket_buffer_; }
+  /// Packets that came only when they were asked for again, of all streams since this was made (GigE).
+  [[nodiscard]] std::uint64_t resent_packets() const;
 
  private:
   ArvCamera* const camera_;
@@ -38,6 +41,7 @@ class FrameStream {
   std::vector<Owned<ArvBuffer>> buffers_;
   Owned<ArvStream> stream_;
   int socket_buffer_ = 0;
+  std::uint64_t resent_before_ = 0;  // of the streams before this one
 };
 
 /// Sets the receive buffer of this process' UDP socket on a port, with the right to exceed the system's limit

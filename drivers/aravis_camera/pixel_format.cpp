@@ -1,10 +1,10 @@
 #include "drivers/aravis_camera/pixel_format.h"
 
-#include <algorithm>
 #include <array>
-#include <bit>
-#include <cstring>
 #include <utility>
+
+#include "drivers/common/by_name.h"
+#include "drivers/common/samples.h"
 
 namespace rig::drivers::aravis {
 
@@ -61,20 +61,6 @@ std::vector<PixelFormat> all_formats() {
   return formats;
 }
 
-void unpack_bytes(const Byte* __restrict from, Sample* __restrict to, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) to[i] = from[i];
-}
-
-void unpack_words(const Byte* __restrict from, Sample* __restrict to, std::size_t count, int shift) {
-  if (std::endian::native == std::endian::little && shift == 0) {
-    std::memcpy(to, from, count * sizeof(Sample));
-    return;
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    to[i] = static_cast<Sample>((from[2 * i] | (from[2 * i + 1] << 8)) >> shift);
-  }
-}
-
 // The middle byte has the low bits of both: of the first from bit 0, of the second from bit 4.
 template <int kLowBits>
 void unpack_gige(const Byte* __restrict from, Sample* __restrict to, std::size_t count) {
@@ -116,16 +102,11 @@ const std::vector<PixelFormat>& pixel_formats() {
 }
 
 std::vector<std::string> pixel_format_names() {
-  std::vector<std::string> names;
-  for (const PixelFormat& format : pixel_formats()) names.push_back(format.name);
-  return names;
+  return names_of(pixel_formats());
 }
 
 const PixelFormat* find_pixel_format(const std::string& name) {
-  const auto& all = pixel_formats();
-  const auto found =
-      std::find_if(all.begin(), all.end(), [&](const PixelFormat& f) { return f.name == name; });
-  return found == all.end() ? nullptr : &*found;
+  return find_by_name(pixel_formats(), name);
 }
 
 std::size_t bytes_of(Packing packing, std::size_t samples) {

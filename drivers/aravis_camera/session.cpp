@@ -7,7 +7,6 @@
 
 #include "drivers/aravis_camera/buffer_facts.h"
 #include "drivers/aravis_camera/finder.h"
-#include "drivers/aravis_camera/gain.h"
 
 namespace rig::drivers::aravis {
 
@@ -80,9 +79,11 @@ std::uint64_t distance(std::uint64_t last, std::uint64_t id) {
 
 }  // namespace
 
-Session::Session(const Settings& settings, base::Clock& clock, Owned<ArvCamera> camera, Configured made)
+Session::Session(const Settings& settings, base::Clock& clock, Log log, Owned<ArvCamera> camera,
+                 Configured made)
     : settings_(settings),
       clock_(clock),
+      log_(std::move(log)),
       camera_(std::move(camera)),
       made_(std::move(made)),
       camera_clock_(arv_camera_get_device(camera_.get()), clock),
@@ -97,7 +98,7 @@ Result<std::unique_ptr<Session>> Session::open(const Settings& settings, base::C
     if (made.error().code == ErrorCode::lost) await_end_of_heartbeat(arv_camera_get_device(camera->get()));
     return pass_named(settings, made);
   }
-  std::unique_ptr<Session> session(new Session(settings, clock, std::move(*camera), std::move(*made)));
+  std::unique_ptr<Session> session(new Session(settings, clock, log, std::move(*camera), std::move(*made)));
   ArvDevice* device = arv_camera_get_device(session->camera_.get());
   session->handler_ = g_signal_connect_data(device, "control-lost", G_CALLBACK(control_lost),
                                             new OnLost{session->lost_, std::move(on_lost)}, forget,
@@ -125,6 +126,7 @@ Session::~Session() {
   ArvDevice* device = arv_camera_get_device(camera_.get());
   // Without a camera at the other end this would only be a time-out more.
   if (!is_lost()) arv_camera_stop_acquisition(camera_.get(), nullptr);
+  tell_resent();
   stream_.reset();
   if (handler_ != 0) g_signal_handler_disconnect(device, handler_);
   if (is_lost()) await_end_of_heartbeat(device);
@@ -213,15 +215,20 @@ Result<void> Session::set_exposure(double exposure_s) {
   return {};
 }
 
+double Session::feature_for(double gain) const {
+  const double value = gain_value(settings_.gain, gain);
+  return made_.whole_gains ? std::round(value) : value;
+}
+
 Result<void> Session::set_gain(double gain) {
   if (asked_gain_ == gain || !made_.has_gain) return {};
   asked_gain_.reset();
   const auto did = ask_number("to set its gain", [&](GError** e) {
-    arv_camera_set_gain(camera_.get(), gain_value(settings_, made_.whole_gains, gain), e);
+    arv_camera_set_gain(camera_.get(), feature_for(gain), e);
     return *e == nullptr ? arv_camera_get_gain(camera_.get(), e) : 0;
   });
   if (!did) return pass(did);
-  gain_ = gain_factor(settings_, *did);
+  gain_ = gain_factor(settings_.gain, *did);
   asked_gain_ = gain;
   return {};
 }
@@ -239,6 +246,15 @@ Result<void> Session::drop_what_came() {
   return fail(ErrorCode::device,
               "it took a frame that nobody asked for: the one before may be another exposure's", {},
               by_line_ ? "does its trigger line bounce?" : "");
+}
+
+void Session::tell_resent() {
+  const std::uint64_t resent = stream_->resent_packets();
+  if (resent == told_resent_) return;
+  log_(LogLevel::info,
+       fmt::format("{}: {} packets were lost on their way, and came when they were asked for again",
+                   settings_.called(), resent - told_resent_));
+  told_resent_ = resent;
 }
 
 Result<void> Session::wait_until_ready() {
@@ -267,7 +283,7 @@ Result<void> Session::expose(double exposure_s, double gain, bool by_line) {
                             can.min_exposure_s * 1e6, can.max_exposure_s * 1e6),
                 settings_.called());
   }
-  const double value = gain_value(settings_, made_.whole_gains, gain);
+  const double value = feature_for(gain);
   if (made_.has_gain ? !(value >= made_.min_gain && value <= made_.max_gain) : gain != 1) {
     return fail(ErrorCode::bad_input,
                 made_.has_gain ? fmt::format("it has no gain {}: its feature takes {} to {}", gain,
@@ -384,6 +400,7 @@ Result<std::optional<Taken>> Session::take(std::span<std::uint16_t> pixels) {
 }
 
 Result<void> Session::arm() {
+  tell_resent();
   if (auto there = answer(); !there) return there;
   if (exposing_) {
     if (auto done = cut_short(); !done) return pass_named(settings_, done);

@@ -9,7 +9,6 @@
 #include <span>
 
 #include "core/base/clock.h"
-#include "core/base/log.h"
 #include "core/base/result.h"
 #include "drivers/api/device.h"
 #include "drivers/aravis_camera/camera_clock.h"
@@ -17,10 +16,11 @@
 #include "drivers/aravis_camera/frame_judge.h"
 #include "drivers/aravis_camera/frame_stream.h"
 #include "drivers/aravis_camera/settings.h"
+#include "drivers/common/camera_module.h"
 
 namespace rig::drivers::aravis {
 
-using Log = std::function<void(base::LogLevel, const std::string&)>;
+using Log = CameraLog;
 
 /// A frame that was unpacked.
 struct Taken {
@@ -60,7 +60,7 @@ class Session {
   [[nodiscard]] base::Result<std::optional<double>> temperature_c();
 
  private:
-  Session(const Settings& settings, base::Clock& clock, Owned<ArvCamera> camera, Configured made);
+  Session(const Settings& settings, base::Clock& clock, Log log, Owned<ArvCamera> camera, Configured made);
 
   /// Ends taking frames and begins anew, with an empty stream.
   [[nodiscard]] base::Result<void> restart();
@@ -71,8 +71,12 @@ class Session {
   [[nodiscard]] base::Result<void> outlast_old_exposure();
   [[nodiscard]] base::Result<void> listen_to(bool line);
   [[nodiscard]] base::Result<void> set_exposure(double exposure_s);
+  /// The gain feature's value for a factor.
+  [[nodiscard]] double feature_for(double gain) const;
   [[nodiscard]] base::Result<void> set_gain(double gain);
   [[nodiscard]] base::Result<void> drop_what_came();
+  /// What asking again has mended is said, too: it costs time, and a network that gets worse begins so.
+  void tell_resent();
   [[nodiscard]] base::Result<void> wait_until_ready();
   [[nodiscard]] Expected expected() const;
   /// By the camera's own clock, where it is known.
@@ -82,6 +86,7 @@ class Session {
 
   const Settings& settings_;
   base::Clock& clock_;
+  const Log log_;
   // Shared with Aravis' threads, which may still be in the handler when this ends.
   std::shared_ptr<std::atomic<bool>> lost_ = std::make_shared<std::atomic<bool>>(false);
   Owned<ArvCamera> camera_;
@@ -101,6 +106,7 @@ class Session {
   base::Time triggered_{};
   std::int64_t triggered_ns_ = 0;  // of the wall clock that Aravis stamps frames with
   std::optional<std::uint64_t> last_id_;
+  std::uint64_t told_resent_ = 0;
 };
 
 }  // namespace rig::drivers::aravis

@@ -80,9 +80,7 @@ void read_exposing(const ConfigTable& table, Settings& settings) {
   }
   const std::string edge = table.choice_or("trigger_edge", "rising", {"rising", "falling"});
   settings.trigger_edge = edge == "rising" ? "RisingEdge" : "FallingEdge";
-  const std::string unit = table.choice_or("gain_unit", "dB", {"dB", "factor"});
-  settings.gain_unit = unit == "dB" ? GainUnit::decibel : GainUnit::factor;
-  settings.gain_counts = table.number_or("gain_counts", 1, {1e-6, 1e6});
+  settings.gain = read_gain_scale(table);
   settings.use_chunks = table.boolean_or("chunks", true);
   settings.count_frames = table.boolean_or("count_frames", true);
   settings.temperature_feature = table.text_or("temperature_feature", "");

@@ -10,11 +10,11 @@
 
 #include "core/base/config.h"
 #include "drivers/aravis_camera/pixel_format.h"
+#include "drivers/common/camera_gain.h"
 
 namespace rig::drivers::aravis {
 
 enum class FindBy { id, serial, address };
-enum class GainUnit { decibel, factor };
 
 struct Settings {
   std::string device = "camera";  ///< name that the module gives it
@@ -32,8 +32,7 @@ struct Settings {
 
   std::string trigger_line;                 ///< "Line1"; empty: no trigger input is used
   std::string trigger_edge = "RisingEdge";  ///< TriggerActivation
-  GainUnit gain_unit = GainUnit::decibel;   ///< of the camera's gain feature
-  double gain_counts = 1;                   ///< of that feature for one dB, or for the factor 1
+  GainScale gain;                           ///< of the camera's gain feature
   bool use_chunks = true;
   bool count_frames = true;  ///< the camera numbers its frames without gaps: any other number is a fault
 

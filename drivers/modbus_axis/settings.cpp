@@ -1,6 +1,7 @@
 #include "drivers/modbus_axis/settings.h"
 
 #include <algorithm>
+#include <arpa/inet.h>
 #include <map>
 
 #include "core/base/files.h"
@@ -84,12 +85,24 @@ SerialSettings usual_line(const ConfigTable& settings, const std::vector<DriveSe
   return usual;
 }
 
+// IPv4, or IPv6 with or without its interface ("fe80::1%eth0").
+bool is_address(const std::string& host) {
+  in6_addr address{};
+  return ::inet_pton(AF_INET, host.c_str(), &address) == 1 ||
+         ::inet_pton(AF_INET6, host.substr(0, host.find('%')).c_str(), &address) == 1;
+}
+
 WireSettings read_wire(const ConfigTable& settings, const std::vector<DriveSettings>& drives) {
   WireSettings wire;
   const auto gap = milliseconds(settings.integer_or("gap_ms", 0, 0, 1000));
   wire.gap = gap;
   if (settings.has("host")) {
     wire.host = settings.text("host");
+    // Each connection would look a name up, in the middle of a call, and nothing bounds how long that takes.
+    if (!is_address(wire.host)) {
+      settings.error("host", fmt::format("'{}' is no IP address", wire.host),
+                     "names are not looked up: give the drive or the gateway a fixed address");
+    }
     wire.tcp_port = static_cast<int>(settings.integer_or("tcp_port", wire.tcp_port, 1, 65535));
     if (settings.has("port"))
       settings.error("port", "stands beside 'host'", "a serial line or a network, not both");

@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <cmath>
 
-#include "drivers/v4l2_camera/gain.h"
+#include "drivers/v4l2_camera/device_error.h"
 #include "drivers/v4l2_camera/image_setup.h"
 
 namespace rig::drivers::v4l2 {
@@ -73,10 +73,8 @@ Result<std::string> identify(VideoNode& node) {
   return text(said.card, sizeof said.card) + " at " + text(said.bus_info, sizeof said.bus_info);
 }
 
-// No other program's settings from here on, where the device knows priorities.
 Result<void> claim(VideoNode& node) {
-  std::uint32_t priority = V4L2_PRIORITY_RECORD;
-  if (node.request(VIDIOC_S_PRIORITY, &priority) == EBUSY) return failed_to("to be ours alone", EBUSY);
+  if (node.claim() == EBUSY) return failed_to("to be ours alone", EBUSY);
   return {};
 }
 
@@ -179,7 +177,7 @@ Result<void> set_up_gain(const Settings& settings, const Controls& controls, Con
     if (control == nullptr) control = find_control(controls, V4L2_CID_GAIN);
   }
   if (control == nullptr) return {};
-  const double one = gain_value(settings, 1);
+  const double one = gain_value(settings.gain, 1);
   if (!(one >= control->min && one <= control->max)) {
     return fail(ErrorCode::bad_input,
                 fmt::format("its {} takes {} to {}, and gain 1 would be {}", control->name, control->min,

@@ -1,19 +1,18 @@
 // Makes a video device what the settings say, and finds out what it then can do.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 
-#include "core/base/log.h"
 #include "core/base/result.h"
+#include "drivers/common/camera_module.h"
 #include "drivers/v4l2_camera/controls.h"
 #include "drivers/v4l2_camera/settings.h"
 #include "drivers/v4l2_camera/video_node.h"
 
 namespace rig::drivers::v4l2 {
 
-using Log = std::function<void(base::LogLevel, const std::string&)>;
+using Log = CameraLog;
 
 /// A control of the exposure, and seconds of one of its counts.
 struct ExposureControl {

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
+#include <thread>
+
+#include "drivers/v4l2_camera/device_error.h"
 
 namespace rig::drivers::v4l2 {
 
@@ -12,6 +16,8 @@ namespace {
 
 // More than any driver has; a device that never comes to an end is not followed for ever.
 constexpr std::size_t kMostControls = 1000;
+// A camera may still be busy with the setting before.
+constexpr std::chrono::milliseconds kReadyWithin{500}, kAskEvery{10};
 
 ControlKind kind_of(std::uint32_t type) {
   switch (type) {
@@ -24,6 +30,18 @@ ControlKind kind_of(std::uint32_t type) {
       return ControlKind::menu;
     default:
       return ControlKind::other;
+  }
+}
+
+int request_when_ready(VideoNode& node, unsigned long code, v4l2_control& value) {
+  using Steady = std::chrono::steady_clock;
+  const v4l2_control asked = value;
+  const auto until = Steady::now() + kReadyWithin;
+  while (true) {
+    value = asked;
+    const int error = node.request(code, &value);
+    if (error != EBUSY || Steady::now() >= until || node.is_claimed_by_another()) return error;
+    std::this_thread::sleep_for(kAskEvery);
   }
 }
 
@@ -82,7 +100,7 @@ Result<std::vector<Control>> list_controls(VideoNode& node) {
   while (controls.size() < kMostControls) {
     const int error = node.request(VIDIOC_QUERYCTRL, &asked);
     if (error == EINVAL || error == ENOTTY) break;
-    if (error != 0) return failed_to("to list its controls", error);
+    if (error != 0) return control_failed_to(node, "to list its controls", error);
     const std::uint32_t id = asked.id & V4L2_CTRL_ID_MASK;
     if (id <= last) break;
     last = id;
@@ -116,8 +134,8 @@ bool has_menu_item(VideoNode& node, const Control& control, std::int32_t item) {
 Result<std::int32_t> get_control(VideoNode& node, const Control& control) {
   v4l2_control value{};
   value.id = control.id;
-  if (const int error = node.request(VIDIOC_G_CTRL, &value); error != 0) {
-    return failed_to(fmt::format("to tell {}", control.name), error);
+  if (const int error = request_when_ready(node, VIDIOC_G_CTRL, value); error != 0) {
+    return control_failed_to(node, fmt::format("to tell {}", control.name), error);
   }
   return value.value;
 }
@@ -126,8 +144,8 @@ Result<std::int32_t> set_control(VideoNode& node, const Control& control, std::i
   v4l2_control wanted{};
   wanted.id = control.id;
   wanted.value = value;
-  if (const int error = node.request(VIDIOC_S_CTRL, &wanted); error != 0) {
-    return failed_to(fmt::format("to set {} to {}", control.name, value), error);
+  if (const int error = request_when_ready(node, VIDIOC_S_CTRL, wanted); error != 0) {
+    return control_failed_to(node, fmt::format("to set {} to {}", control.name, value), error);
   }
   return get_control(node, control);
 }

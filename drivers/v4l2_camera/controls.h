@@ -41,6 +41,7 @@ struct Control {
 
 [[nodiscard]] bool has_menu_item(VideoNode& node, const Control& control, std::int32_t item);
 
+/// A camera that is not ready for it is asked again for up to half a second, here and below.
 [[nodiscard]] base::Result<std::int32_t> get_control(VideoNode& node, const Control& control);
 /// What the control reads back afterwards.
 [[nodiscard]] base::Result<std::int32_t> set_control(VideoNode& node, const Control& control,

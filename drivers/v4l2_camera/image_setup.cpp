@@ -4,6 +4,8 @@
 #include <cstring>
 #include <linux/videodev2.h>
 
+#include "drivers/v4l2_camera/device_error.h"
+
 namespace rig::drivers::v4l2 {
 
 using base::ErrorCode;

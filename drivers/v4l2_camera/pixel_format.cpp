@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cstring>
 #include <linux/videodev2.h>
+
+#include "drivers/common/by_name.h"
+#include "drivers/common/samples.h"
 
 namespace rig::drivers::v4l2 {
 
@@ -77,20 +78,6 @@ std::vector<PixelFormat> all_formats() {
   return formats;
 }
 
-void unpack_bytes(const Byte* __restrict from, Sample* __restrict to, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) to[i] = from[i];
-}
-
-void unpack_words(const Byte* __restrict from, Sample* __restrict to, std::size_t count, int shift) {
-  if (std::endian::native == std::endian::little && shift == 0) {
-    std::memcpy(to, from, count * sizeof(Sample));
-    return;
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    to[i] = static_cast<Sample>((from[2 * i] | (from[2 * i + 1] << 8)) >> shift);
-  }
-}
-
 // kGroup samples' high bytes, then one byte with kLow low bits of each, the first sample's lowest.
 template <std::size_t kGroup, unsigned kLow>
 Sample mipi_sample(const Byte* line, std::size_t at) {
@@ -114,16 +101,11 @@ const std::vector<PixelFormat>& pixel_formats() {
 }
 
 std::vector<std::string> pixel_format_names() {
-  std::vector<std::string> names;
-  for (const PixelFormat& format : pixel_formats()) names.push_back(format.name);
-  return names;
+  return names_of(pixel_formats());
 }
 
 const PixelFormat* find_pixel_format(const std::string& name) {
-  const auto& all = pixel_formats();
-  const auto found =
-      std::find_if(all.begin(), all.end(), [&](const PixelFormat& f) { return f.name == name; });
-  return found == all.end() ? nullptr : &*found;
+  return find_by_name(pixel_formats(), name);
 }
 
 const PixelFormat* find_pixel_format(std::uint32_t fourcc) {

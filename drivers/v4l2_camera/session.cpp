@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "drivers/v4l2_camera/gain.h"
+#include "drivers/v4l2_camera/device_error.h"
 #include "drivers/v4l2_camera/measure.h"
 
 namespace rig::drivers::v4l2 {
@@ -126,7 +126,7 @@ Result<void> Session::check(double exposure_s, double gain) const {
     if (gain == 1) return {};
     return fail(ErrorCode::bad_input, fmt::format("it has no gain but 1, asked for was {}", gain));
   }
-  const double value = gain_value(settings_, gain);
+  const double value = gain_value(settings_.gain, gain);
   if (value >= made_.gain->min && value <= made_.gain->max) return {};
   return fail(ErrorCode::bad_input, fmt::format("it has no gain {}: its {} takes {} to {}", gain,
                                                 made_.gain->name, made_.gain->min, made_.gain->max));
@@ -159,10 +159,10 @@ Result<void> Session::set(double exposure_s, double gain) {
     exposure_s_ = exposure_is_->reads * made_.exposure->unit_s;
   }
   if (made_.gain) {
-    const auto done = write(*made_.gain, gain_value(settings_, gain), gain_is_);
+    const auto done = write(*made_.gain, gain_value(settings_.gain, gain), gain_is_);
     if (!done) return failed(done);
     changed = changed || *done;
-    gain_ = gain_factor(settings_, gain_is_->reads);
+    gain_ = gain_factor(settings_.gain, gain_is_->reads);
   }
   if (!changed) return {};
   const int others = std::exchange(was_set_, true) ? 0 : kFramesOfOthers;

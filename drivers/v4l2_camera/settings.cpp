@@ -58,10 +58,8 @@ void read_exposing(const ConfigTable& table, Settings& settings) {
   settings.longest_exposure_s = read_ms(table, "longest_exposure_ms", {1e-3, 3.6e6});
   settings.frame_interval_s = read_ms(table, "frame_interval_ms", {0.1, 60'000});
   settings.gain_control = table.text_or("gain_control", "");
-  const std::string unit = table.choice_or("gain_unit", "dB", {"dB", "factor"});
-  settings.gain_unit = unit == "dB" ? GainUnit::decibel : GainUnit::factor;
-  settings.gain_counts = table.number_or("gain_counts", 1, {1e-6, 1e6});
-  settings.gain_offset = table.number_or("gain_offset", 0, {-1e9, 1e9});
+  settings.gain = read_gain_scale(table);
+  settings.gain.offset = table.number_or("gain_offset", 0, {-1e9, 1e9});
 }
 
 void read_timing(const ConfigTable& table, Settings& settings) {

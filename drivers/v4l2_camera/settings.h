@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "core/base/config.h"
+#include "drivers/common/camera_gain.h"
 #include "drivers/v4l2_camera/pixel_format.h"
 
 namespace rig::drivers::v4l2 {
 
-enum class GainUnit { decibel, factor };
 /// What a frame's time stamp is of.
 enum class Stamp { as_told, start, end };
 
@@ -32,9 +32,7 @@ struct Settings {
   std::optional<double> longest_exposure_s;
   std::optional<double> frame_interval_s;  ///< absent: as the camera has it
   std::string gain_control;                ///< name; empty: the analogue one, else the one
-  GainUnit gain_unit = GainUnit::decibel;
-  double gain_counts = 1;  ///< of the control for one dB, or for the factor 1
-  double gain_offset = 0;  ///< the control's value at 0 dB, or (by extension) at the factor 0
+  GainScale gain;                          ///< of that control
 
   Stamp stamp = Stamp::as_told;
   bool measure_settling = true;

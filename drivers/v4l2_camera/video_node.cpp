@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
+#include <linux/videodev2.h>
 #include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -71,25 +72,16 @@ base::Result<std::unique_ptr<VideoNode>> open_node(const std::string& device) {
   return fail(ErrorCode::lost, fmt::format("it is not there: {}", std::strerror(errno)));
 }
 
-tl::unexpected<base::Error> failed_to(const std::string& what, int error) {
-  switch (error) {
-    case ENODEV:
-    case ENXIO:
-    case ESHUTDOWN:
-    case ENOENT:
-      return fail(ErrorCode::lost, fmt::format("it is gone: it failed {}", what));
-    case EIO:
-    case EPIPE:
-    case EPROTO:
-    case EILSEQ:
-    case ETIMEDOUT:
-      return fail(ErrorCode::lost,
-                  fmt::format("it does not answer: it failed {}: {}", what, std::strerror(error)));
-    case EBUSY:
-      return fail(ErrorCode::busy, fmt::format("another program uses it: it failed {}", what));
-    default:
-      return fail(ErrorCode::device, fmt::format("it failed {}: {}", what, std::strerror(error)));
-  }
+int VideoNode::claim() {
+  std::uint32_t priority = V4L2_PRIORITY_RECORD;  // there is none above it
+  const int error = request(VIDIOC_S_PRIORITY, &priority);
+  if (error == 0) claimed_ = true;
+  return error;
+}
+
+bool VideoNode::is_claimed_by_another() {
+  std::uint32_t highest = V4L2_PRIORITY_UNSET;
+  return !claimed_ && request(VIDIOC_G_PRIORITY, &highest) == 0 && highest > V4L2_PRIORITY_DEFAULT;
 }
 
 }  // namespace rig::drivers::v4l2

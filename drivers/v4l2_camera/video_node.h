@@ -41,6 +41,15 @@ class VideoNode {
   [[nodiscard]] virtual int request(unsigned long code, void* argument) = 0;
   /// A buffer, by the offset that VIDIOC_QUERYBUF told; an errno where it fails.
   [[nodiscard]] virtual tl::expected<Mapping, int> map(std::uint32_t offset, std::size_t length) = 0;
+
+  /// From here on no other program may change it, where the device knows priorities. EBUSY: another has it
+  /// so.
+  [[nodiscard]] int claim();
+  /// Another program has claimed it: it refuses whatever changes it.
+  [[nodiscard]] bool is_claimed_by_another();
+
+ private:
+  bool claimed_ = false;
 };
 
 /// Devices with this in front are sockets.
@@ -49,9 +58,5 @@ inline constexpr const char* kSocketPrefix = "unix:";
 /// `device` is the path of a node, "/dev/v4l/by-id/...", or "unix:" and the path of a socket. Errors: lost
 /// (it is not there), io (it may not be opened).
 [[nodiscard]] base::Result<std::unique_ptr<VideoNode>> open_node(const std::string& device);
-
-/// What an errno of the device means: gone or silent is `lost`, used by another is `busy`, anything else
-/// `device`.
-[[nodiscard]] tl::unexpected<base::Error> failed_to(const std::string& what, int error);
 
 }  // namespace rig::drivers::v4l2

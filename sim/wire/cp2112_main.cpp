@@ -1,6 +1,6 @@
 // rig-sim-cp2112: a simulated CP2112 on this machine's USB, through the kernel's virtual host controller. For
-// tests; not installed. Orders come as lines on standard input.
-#include <cstdio>
+// tests; not installed. Orders come as lines on standard input, and each is answered with a line.
+#include <memory>
 
 #include "core/base/command_line.h"
 #include "core/base/interrupt.h"
@@ -12,11 +12,6 @@ namespace {
 
 using namespace rig;
 using namespace rig::sim::wire;
-
-int complain(const base::Error& error) {
-  std::fprintf(stderr, "rig-sim-cp2112: %s\n", error.text().c_str());
-  return 1;
-}
 
 class Socket {
  public:
@@ -40,23 +35,6 @@ class Socket {
   std::unique_ptr<VhciPlug> plugged_;
 };
 
-void obey(Cp2112& chip, Socket& socket, const std::string& line) {
-  base::Result<std::string> said;
-  if (line == "unplug") {
-    socket.unplug();
-  } else if (line == "plug") {
-    if (auto done = socket.plug(); !done) said = base::pass(done);
-  } else {
-    said = carry_out_order(chip, line);
-  }
-  if (!said) {
-    complain(said.error());
-    return;
-  }
-  std::printf("%s\n", said->empty() ? "ok" : said->c_str());
-  std::fflush(stdout);
-}
-
 }  // namespace
 
 // NOLINTNEXTLINE(bugprone-exception-escape): what is thrown here is a bug and shall end the program as one.
@@ -68,9 +46,6 @@ int main(int argc, char** argv) {
   base::catch_interrupts();
   Cp2112 chip(serial);
   Socket socket(chip);
-  if (const auto plugged = socket.plug(); !plugged) return complain(plugged.error());
-  std::printf("ready\n");
-  std::fflush(stdout);
-  serve_order_lines([&](const std::string& line) { obey(chip, socket, line); });
-  return 0;
+  return serve_order_lines({"rig-sim-cp2112", [&] { return socket.plug(); }, [&] { socket.unplug(); },
+                            [&](const std::string& order) { return carry_out_order(chip, order); }});
 }

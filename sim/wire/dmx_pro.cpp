@@ -171,7 +171,7 @@ void DmxPro::State::answer(std::uint8_t with, const Bytes& bytes) {
   std::string message = message_of(with, bytes);
   const bool spoil_it = spoilt > 0;
   if (spoil_it) --spoilt;
-  if (spoil_it && how == Spoil::missing) return;
+  if (spoil_it && (how == Spoil::missing || (how == Spoil::two_of_three && spoilt % 3 != 0))) return;
   if (spoil_it && how == Spoil::late) {
     line.write(std::exchange(kept_back, std::move(message)));
     return;

@@ -35,9 +35,9 @@ class DmxPro {
   /// Tells of DMX that comes in, unasked, as in the direction input.
   void send_received_dmx();
 
-  enum class Spoil { missing, garbage, late, duplicate };
+  enum class Spoil { missing, garbage, late, duplicate, two_of_three };
   /// The next so many answers: kept back; other bytes in their place; kept back until the next answer, in
-  /// front of which they then come; twice.
+  /// front of which they then come; twice; two of three kept back.
   void spoil(Spoil how, int answers);
 
   /// Unplugged, as a power cycle: nothing is put out any more.

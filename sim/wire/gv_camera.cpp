@@ -11,15 +11,16 @@
 #include <fstream>
 #include <mutex>
 #include <netinet/in.h>
-#include <random>
-#include <sys/socket.h>
 #include <thread>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 
 #include "sim/wire/gv_genicam.h"
 #include "sim/wire/gv_pattern.h"
+#include "sim/wire/gvcp_resend.h"
 #include "sim/wire/gvsp.h"
+#include "sim/wire/gvsp_sender.h"
 #include "sim/wire/pfnc.h"
 
 namespace rig::sim::wire {
@@ -31,6 +32,8 @@ namespace {
 
 constexpr std::uint32_t kSoftware = 1, kLine0 = 0;    // of TriggerSource
 constexpr std::uint32_t kPacketSizeRegister = 0xd04;  // of GigE Vision, stream channel 0
+constexpr std::uint32_t kAddressRegister = 0x24, kCapabilityRegister = 0x934;
+constexpr std::uint32_t kCanResend = 1U << 2;
 constexpr double kLongestExposure_s = 0.3;  // it hears nothing meanwhile, and Aravis asks again after 0.5
 
 fs::path write_description(bool with_chunks) {
@@ -71,7 +74,8 @@ struct GvCamera::State {
   std::atomic<int> delay_ms{0};
   std::thread late;  // sends a frame that is delayed
   std::uint16_t skipped = 0;
-  std::mt19937 dice{1};
+  GvspSender sender;
+  std::unique_ptr<ResendEar> ear;
   std::thread clock;  // writes the camera's time into its memory
   std::atomic<bool> ending{false};
 
@@ -86,9 +90,10 @@ struct GvCamera::State {
   }
 
   bool start();
+  bool listen_for_requests();
   void stop();
+  [[nodiscard]] sockaddr_in stream_address();
   void send(ArvBuffer* buffer, std::uint32_t exposure_us, double loss);
-  void transmit(const std::vector<Packet>& packets, int times, double loss);
   void fill(ArvBuffer* buffer, std::uint32_t exposure_us, std::uint32_t gain, std::uint32_t format);
 };
 
@@ -147,33 +152,33 @@ void GvCamera::State::send(ArvBuffer* buffer, std::uint32_t exposure_us, double 
   }
   frame.payload = payload;
   if (wrong == FrameFault::cut_short) frame.payload = frame.payload.first(payload.size() / 2);
-  const auto packets = gvsp_packets(frame, reg(kPacketSizeRegister) & 0xffff);
+  auto packets = gvsp_packets(frame, reg(kPacketSizeRegister) & 0xffff);
   const int times = wrong == FrameFault::packets_twice ? 2 : 1;
   const milliseconds delay(delay_ms.exchange(0));
-  if (delay.count() == 0) return transmit(packets, times, loss);
+  if (delay.count() == 0) return sender.send(stream_address(), frame.id, std::move(packets), times, loss);
   if (late.joinable()) late.join();
-  late = std::thread([this, packets, times, loss, delay] {
+  late = std::thread([this, id = frame.id, packets = std::move(packets), times, loss, delay]() mutable {
     std::this_thread::sleep_for(delay);
     const std::lock_guard lock(fill_mutex);
-    if (!ending) transmit(packets, times, loss);
+    if (!ending) sender.send(stream_address(), id, std::move(packets), times, loss);
   });
 }
 
-void GvCamera::State::transmit(const std::vector<Packet>& packets, int times, double loss) {
+sockaddr_in GvCamera::State::stream_address() {
   GSocketAddress* to = arv_fake_camera_get_stream_address(fake());
   sockaddr_in address{};
   g_socket_address_to_native(to, &address, sizeof address, nullptr);
   g_object_unref(to);
-  const int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  std::bernoulli_distribution is_lost(loss);
-  for (const Packet& packet : packets) {
-    for (int i = 0; i < times; ++i) {
-      if (is_lost(dice)) continue;
-      (void)::sendto(fd, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&address),
-                     sizeof address);
-    }
-  }
-  ::close(fd);
+  return address;
+}
+
+bool GvCamera::State::listen_for_requests() {
+  ear = ResendEar::listen({htonl(reg(kAddressRegister))}, [this](const ResendRequest& request) {
+    sender.send_again(request, lost / 1000.0);
+  });
+  if (ear == nullptr) return false;
+  set(kCapabilityRegister, reg(kCapabilityRegister) | kCanResend);
+  return true;
 }
 
 bool GvCamera::State::start() {
@@ -181,6 +186,10 @@ bool GvCamera::State::start() {
   camera = arv_gv_fake_camera_new_full(options.interface.c_str(), options.serial.c_str(),
                                        description.empty() ? nullptr : description.c_str());
   if (arv_gv_fake_camera_is_running(camera) == FALSE) {
+    g_clear_object(&camera);
+    return false;
+  }
+  if (options.resends && !listen_for_requests()) {
     g_clear_object(&camera);
     return false;
   }
@@ -214,6 +223,7 @@ void GvCamera::State::stop() {
     ending = true;
     g_object_set(camera, "gvsp-lost-ratio", 1.0, nullptr);  // of a frame that is due just now
   }
+  ear.reset();
   clock.join();
   if (late.joinable()) late.join();
   g_object_unref(camera);

@@ -16,6 +16,7 @@ struct GvCameraOptions {
   bool exposes = false;      ///< a frame takes its exposure time, up to 0.3 s; else none
   bool paints = true;        ///< our pattern; else Aravis' own ramp, and none of what is added to it
   bool own_packets = false;  ///< it sends the packets itself, with chunks where they are switched on
+  bool resends = false;      ///< those again that are asked for: with own packets, and CAP_NET_RAW
 };
 
 /// What is wrong with a frame, of a camera with packets of its own.
@@ -38,7 +39,7 @@ class GvCamera {
   GvCamera(const GvCamera&) = delete;
   GvCamera& operator=(const GvCamera&) = delete;
 
-  /// False where its port is taken or there is no such interface.
+  /// False where its port is taken, there is no such interface, or it may not hear what it is asked for.
   [[nodiscard]] bool is_running() const;
 
   /// As when its cable is pulled: it answers nothing. come_back() makes it anew, as after power-up.

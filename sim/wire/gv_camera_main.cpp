@@ -76,12 +76,15 @@ int main(int argc, char** argv) {
   app.add_flag("--ramp", ramp, "Aravis' own ramp instead of a pattern that tells exposure and frame");
   app.add_flag("--own-packets", options.own_packets,
                "it sends the packets itself, with chunks where they are asked for");
+  app.add_flag("--resend", options.resends,
+               "it keeps its packets and sends those again that are asked for (needs CAP_NET_RAW)")
+      ->needs("--own-packets");
   if (const auto status = rig::base::parse_command_line(app, argc, argv)) return *status;
   options.paints = !ramp;
   GvCamera camera(options);
   if (!camera.is_running()) {
-    std::fprintf(stderr, "rig-sim-gv-camera: %s: no such interface, or its port 3956 is taken\n",
-                 options.interface.c_str());
+    std::fprintf(stderr, "rig-sim-gv-camera: %s: no such interface, or its port 3956 is taken%s\n",
+                 options.interface.c_str(), options.resends ? ", or it may not hear requests there" : "");
     return 1;
   }
   camera.lose(lost);

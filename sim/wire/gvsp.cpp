@@ -8,6 +8,7 @@ namespace {
 
 constexpr std::uint8_t kLeader = 1, kTrailer = 2, kPayload = 3;
 constexpr std::uint64_t kImage = 0x0001, kImageWithChunks = 0x4001;
+constexpr std::uint16_t kSuccess = 0, kPacketUnavailable = 0x800c;
 constexpr std::size_t kHeaders = 20 + 8 + 8;  // IP, UDP, GVSP
 
 void put(Packet& packet, std::uint64_t value, std::size_t bytes) {
@@ -16,9 +17,10 @@ void put(Packet& packet, std::uint64_t value, std::size_t bytes) {
 }
 
 // Status, frame, kind and number of the packet.
-Packet begin_packet(std::uint16_t frame, std::uint8_t kind, std::size_t number) {
+Packet begin_packet(std::uint16_t frame, std::uint8_t kind, std::size_t number,
+                    std::uint16_t status = kSuccess) {
   Packet packet;
-  put(packet, 0, 2);
+  put(packet, status, 2);
   put(packet, frame, 2);
   put(packet, kind, 1);
   put(packet, number, 3);
@@ -59,6 +61,10 @@ std::vector<Packet> gvsp_packets(const GvspFrame& frame, std::size_t packet_size
   put(trailer, frame.height, 4);
   packets.push_back(std::move(trailer));
   return packets;
+}
+
+Packet unavailable_packet(std::uint16_t frame, std::uint32_t number) {
+  return begin_packet(frame, kPayload, number, kPacketUnavailable);
 }
 
 void append_chunk(std::vector<std::uint8_t>& payload, std::uint32_t id, std::span<const std::uint8_t> data) {

@@ -22,6 +22,9 @@ using Packet = std::vector<std::uint8_t>;
 /// register does.
 [[nodiscard]] std::vector<Packet> gvsp_packets(const GvspFrame& frame, std::size_t packet_size);
 
+/// The answer to a request for a packet that the camera has not, or no more: a header that says so.
+[[nodiscard]] Packet unavailable_packet(std::uint16_t frame, std::uint32_t number);
+
 /// Appends a chunk as GigE Vision lays it: the data, then its id and its length.
 void append_chunk(std::vector<std::uint8_t>& payload, std::uint32_t id, std::span<const std::uint8_t> data);
 /// The end of a chunk whose `length` bytes of data are there already.

@@ -238,6 +238,8 @@ void LineBoard::State::say(int user, const std::string& said) {
   switch (spoilt_how) {
     case Spoil::missing:
       return;
+    case Spoil::two_of_three:
+      return spoilt % 3 == 0 ? send(said) : void();
     case Spoil::garbage:
       return send("\x11?ok 1 0");
     case Spoil::late:

@@ -55,8 +55,8 @@ class LineBoard {
   void garble_next(int requests, const std::string& answer);
 
   /// What becomes of answers to requests that were obeyed.
-  enum class Spoil { missing, garbage, late, duplicate };
-  /// So of the next so many; 0: of none. A late one comes so much later.
+  enum class Spoil { missing, garbage, late, duplicate, two_of_three };
+  /// So of the next so many; 0: of none. A late one comes so much later; of two_of_three two never come.
   void spoil(Spoil how, int answers, std::chrono::milliseconds lateness = std::chrono::milliseconds(700));
 
   /// As when the bridge is unplugged: connections end and the socket is gone. After restore() all lines are

@@ -1,5 +1,6 @@
 // rig-sim-tic: a simulated Pololu Tic, plugged into this machine's USB through the kernel's virtual host
-// controller, or at a Unix socket. For tests; not installed. Orders come as lines on standard input.
+// controller, or at a Unix socket. For tests; not installed. Orders come as lines on standard
+// input, and each is answered with a line.
 #include <chrono>
 #include <cstdio>
 #include <exception>
@@ -17,6 +18,8 @@ namespace {
 
 using namespace rig;
 using namespace rig::sim::wire;
+
+constexpr const char* kProgram = "rig-sim-tic";
 
 struct Options {
   TicWorld world;
@@ -55,26 +58,6 @@ class Place {
   std::unique_ptr<VhciPlug> vhci_;
 };
 
-int complain(const base::Error& error) {
-  std::fprintf(stderr, "rig-sim-tic: %s\n", error.text().c_str());
-  return 1;
-}
-
-void obey(Tic& tic, Place& place, const std::string& line) {
-  if (line == "unplug") return place.unplug();
-  if (line == "plug") {
-    if (const auto done = place.plug(); !done) complain(done.error());
-    return;
-  }
-  const auto said = carry_out_order(tic, line);
-  if (!said) {
-    complain(said.error());
-  } else if (!said->empty()) {
-    std::printf("%s\n", said->c_str());
-    std::fflush(stdout);
-  }
-}
-
 int run(int argc, char** argv) {
   CLI::App app("A simulated Pololu Tic on this machine's USB (needs root and the kernel module vhci-hcd).");
   Options options;
@@ -97,16 +80,16 @@ int run(int argc, char** argv) {
       ->capture_default_str();
   if (const auto status = base::parse_command_line(app, argc, argv)) return *status;
   for (const std::string& each : settings) {
-    if (const auto done = change_setting(options.settings, each); !done) return complain(done.error());
+    if (const auto done = change_setting(options.settings, each); !done) {
+      complain_of(kProgram, done.error());
+      return 1;
+    }
   }
   base::catch_interrupts();
   Tic tic(options.world, options.settings);
   Place place(tic, options.socket);
-  if (const auto plugged = place.plug(); !plugged) return complain(plugged.error());
-  std::printf("ready\n");
-  std::fflush(stdout);
-  serve_order_lines([&](const std::string& line) { obey(tic, place, line); });
-  return 0;
+  return serve_order_lines({kProgram, [&] { return place.plug(); }, [&] { place.unplug(); },
+                            [&](const std::string& order) { return carry_out_order(tic, order); }});
 }
 
 }  // namespace
@@ -115,7 +98,7 @@ int main(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const std::exception& error) {  // a socket that cannot be made
-    std::fprintf(stderr, "rig-sim-tic: %s\n", error.what());
+    std::fprintf(stderr, "%s: %s\n", kProgram, error.what());
     return 1;
   }
 }

@@ -99,6 +99,7 @@ struct V4l2Camera::Device {
   void end_stream();
   [[nodiscard]] std::size_t answer(User& user, Packet& packet, std::size_t size, int& pass);
   [[nodiscard]] int perform(User& user, std::uint32_t code, void* argument);
+  [[nodiscard]] std::uint32_t highest_priority() const;
   [[nodiscard]] int of_buffers(const User& user, std::uint32_t code, void* argument);
   [[nodiscard]] int set_control(const v4l2_control& value);
   [[nodiscard]] int interval(v4l2_streamparm& parm, bool set);
@@ -218,6 +219,12 @@ int V4l2Camera::Device::of_buffers(const User& user, std::uint32_t code, void* a
   }
 }
 
+std::uint32_t V4l2Camera::Device::highest_priority() const {
+  std::uint32_t highest = V4L2_PRIORITY_UNSET;
+  for (const User& user : users) highest = std::max(highest, user.priority);
+  return highest;
+}
+
 int V4l2Camera::Device::perform(User& user, std::uint32_t code, void* argument) {
   const auto failure = failing.find(code);
   if (failure != failing.end() && failure->second.second > 0) {
@@ -227,9 +234,7 @@ int V4l2Camera::Device::perform(User& user, std::uint32_t code, void* argument) 
   const bool changes = code == VIDIOC_S_CTRL || code == VIDIOC_S_FMT || code == VIDIOC_S_PARM ||
                        code == VIDIOC_S_PRIORITY || code == VIDIOC_REQBUFS || code == VIDIOC_STREAMON ||
                        code == VIDIOC_STREAMOFF;
-  const bool outranked =
-      std::any_of(users.begin(), users.end(), [&](const User& u) { return u.priority > user.priority; });
-  if (changes && outranked) return EBUSY;
+  if (changes && highest_priority() > user.priority) return EBUSY;
   switch (code) {
     case VIDIOC_QUERYCAP:
       describe(*static_cast<v4l2_capability*>(argument));
@@ -251,6 +256,9 @@ int V4l2Camera::Device::perform(User& user, std::uint32_t code, void* argument) 
       return sensor.get_control(*static_cast<v4l2_control*>(argument));
     case VIDIOC_S_CTRL:
       return set_control(*static_cast<v4l2_control*>(argument));
+    case VIDIOC_G_PRIORITY:
+      *static_cast<std::uint32_t*>(argument) = highest_priority();
+      return 0;
     case VIDIOC_S_PRIORITY:
       user.priority = *static_cast<std::uint32_t*>(argument);
       return 0;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "sim/wire/gv_camera_process.h"
 #include "sim/wire/gv_pattern.h"
@@ -15,12 +16,15 @@ namespace rig::test {
 
 class GigePart {
  public:
-  GigePart() : process_(started()) {}
+  /// `further`: arguments of rig-sim-gv-camera.
+  explicit GigePart(const std::vector<std::string>& further = {}) : process_(started(further)) {}
 
-  void put_into(RealRigToml& toml) const {
+  /// `more`: settings beside the usual ones.
+  void put_into(RealRigToml& toml, const std::string& more = "") const {
     toml.module("eye", "aravis_camera",
                 "address = \"127.0.0.1\"\npixel_format = \"Mono16\"\nwidth = 160\nheight = 120\n"
-                "packet_size = 1400\nreadout_ms = 0\n");
+                "packet_size = 1400\nreadout_ms = 0\n" +
+                    more);
     toml.part("camera", "eye", "camera")
         .set_in("camera", "bayer", "\"none\"")
         .set_in("camera", "bits", "16")
@@ -42,8 +46,10 @@ class GigePart {
   }
 
  private:
-  static sim::wire::GvCameraProcess started() {
-    auto process = sim::wire::GvCameraProcess::start(program_path("rig-sim-gv-camera"), {"--exposes"});
+  static sim::wire::GvCameraProcess started(const std::vector<std::string>& further) {
+    std::vector<std::string> arguments{"--exposes"};
+    arguments.insert(arguments.end(), further.begin(), further.end());
+    auto process = sim::wire::GvCameraProcess::start(program_path("rig-sim-gv-camera"), arguments);
     EXPECT_TRUE(process.has_value()) << process.error().text();
     return std::move(*process);
   }

@@ -75,9 +75,11 @@ class RealRigToml {
   std::string text_, modules_;
 };
 
-/// Homes, takes a job of so many poses, and ends rigd; the scan is whole and proven. Frames by file.
+/// Homes, takes a job of so many poses, each in so many attempts, and ends rigd; the scan is whole and
+/// proven. Frames by file.
 inline std::map<std::string, scan::Frame> scanned_frames(const std::filesystem::path& folder,
-                                                         const std::string& rig_toml, int poses) {
+                                                         const std::string& rig_toml, int poses,
+                                                         int attempts = 3) {
   RunningRig rig(folder, rig_toml);
   if (run_program("rigd", {"--check", "--config", folder / "rig.toml"}, folder / "check.log") != 0) {
     ADD_FAILURE() << bytes_in(folder / "check.log");
@@ -87,7 +89,7 @@ inline std::map<std::string, scan::Frame> scanned_frames(const std::filesystem::
   protocol::Request home;
   home.mutable_home();
   rig.expect_done(home);
-  rig.submit(tiny_job(poses));
+  rig.submit(tiny_job(poses, attempts));
   EXPECT_EQ(rig.await_job_end(), protocol::COMPLETE) << rig.log();
   EXPECT_EQ(rig.end(SIGTERM), 0) << rig.log();
   const auto verified = scan::verify_scan(rig.scan(), {});

@@ -1,11 +1,9 @@
 // Settings, and how their mistakes are told.
 #include "drivers/aravis_camera/settings.h"
 
-#include <cmath>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/aravis_camera/gain.h"
 #include "tests/drivers/aravis_camera/support.h"
 
 namespace rig::drivers::aravis {
@@ -57,7 +55,7 @@ packet_timeout_ms = 1.5
   EXPECT_EQ(s.rolling_shutter, true);
   EXPECT_THAT(s.features, ElementsAre(Pair("GammaEnable", "false"), Pair("BlackLevel", "3.5")));
   EXPECT_EQ(s.trigger_edge, "FallingEdge");
-  EXPECT_EQ(s.gain_unit, GainUnit::factor);
+  EXPECT_EQ(s.gain, (GainScale{GainUnit::factor, 10, 0}));
   EXPECT_FALSE(s.packet_resend);
   EXPECT_EQ(s.packet_timeout.count(), 1500);
 }
@@ -84,26 +82,6 @@ TEST(Settings, MistakesNameKeyAndRule) {
   EXPECT_THAT(faults_of(who + "gain_unit = \"bel\""), HasSubstr("gain_unit"));
   EXPECT_THAT(faults_of(who + "packetsize = 100"), HasSubstr("packetsize"));
   EXPECT_THAT(faults_of(who + "offset_x = 3"), IsEmpty()) << "without a mosaic any offset will do";
-}
-
-TEST(Gain, GoesToTheCamerasUnitAndBack) {
-  Settings s = settings_of("id = \"a\"");
-  EXPECT_DOUBLE_EQ(gain_value(s, false, 1), 0);
-  EXPECT_NEAR(gain_value(s, false, 2), 6.0206, 1e-4);
-  EXPECT_DOUBLE_EQ(gain_value(s, true, 2), 6);
-  s.gain_counts = 10;
-  EXPECT_DOUBLE_EQ(gain_value(s, true, 2), 60);
-  s.gain_unit = GainUnit::factor;
-  EXPECT_DOUBLE_EQ(gain_value(s, false, 2.5), 25);
-  for (const GainUnit unit : {GainUnit::decibel, GainUnit::factor}) {
-    s.gain_unit = unit;
-    for (const double factor : {0.5, 1.0, 3.7}) {
-      EXPECT_NEAR(gain_factor(s, gain_value(s, false, factor)), factor, 1e-12);
-    }
-    for (const double none : {0.0, -1.0, std::numeric_limits<double>::infinity()}) {
-      EXPECT_TRUE(std::isnan(gain_value(s, false, none)));
-    }
-  }
 }
 
 }  // namespace

@@ -20,19 +20,11 @@ bool has_own_network() {
 }
 
 Settings settings_of(const std::string& text) {
-  const auto table = base::ConfigTable::parse(text, "camera.toml");
-  if (!table) throw std::runtime_error(table.error().text());
-  Settings settings = read_settings(*table);
-  if (auto fine = table->finish(); !fine) throw std::runtime_error(fine.error().text());
-  return settings;
+  return test::settings_from(text, read_settings);
 }
 
 std::string faults_of(const std::string& text) {
-  const auto table = base::ConfigTable::parse(text, "camera.toml");
-  if (!table) return table.error().text();
-  (void)read_settings(*table);
-  const auto fine = table->finish();
-  return fine ? "" : fine.error().text();
+  return test::faults_from(text, read_settings);
 }
 
 sim::wire::GvCameraProcess start_camera(const std::vector<std::string>& arguments) {
@@ -41,44 +33,13 @@ sim::wire::GvCameraProcess start_camera(const std::vector<std::string>& argument
   return std::move(*camera);
 }
 
-Rig::Rig(const std::string& settings) {
-  auto camera =
-      GenicamCamera::open(settings_of(settings), *clock_, [](base::LogLevel, const std::string&) {});
-  if (!camera) throw std::runtime_error(camera.error().text());
-  camera_ = std::move(*camera);
-  capabilities_ = camera_->capabilities();
-  pixels_.resize(static_cast<std::size_t>(capabilities_.width) *
-                 static_cast<std::size_t>(capabilities_.height));
-}
+Rig::Rig(const std::string& settings)
+    : CameraRig([&](base::Clock& clock, const Log& log) {
+        return GenicamCamera::open(settings_of(settings), clock, log);
+      }) {}
 
-base::Result<std::optional<FrameInfo>> Rig::wait_for_frame(std::chrono::milliseconds within) {
-  base::Result<std::optional<FrameInfo>> frame;
-  (void)eventually(
-      [&] {
-        frame = camera_->fetch(pixels_);
-        return !frame || frame->has_value();
-      },
-      within);
-  return frame;
-}
-
-base::Result<std::optional<FrameInfo>> Rig::take(double exposure_s, double gain) {
-  if (auto begun = camera_->trigger(exposure_s, gain); !begun) return base::pass(begun);
-  return wait_for_frame();
-}
-
-std::optional<sim::wire::PatternFacts> Rig::painted() const {
-  return sim::wire::read_pattern(pixels_, static_cast<std::size_t>(capabilities_.width), capabilities_.bits);
-}
-
-void expect_frame(Rig& rig, double exposure_s) {
-  const auto frame = rig.take(exposure_s);
-  ASSERT_TRUE(frame.has_value()) << frame.error().text();
-  ASSERT_TRUE(frame->has_value()) << "no frame of " << exposure_s << " s";
-  const auto painted = rig.painted();
-  ASSERT_TRUE(painted.has_value()) << "the pixels contradict each other";
-  EXPECT_NEAR(painted->exposure_us * 1e-6, exposure_s, 1e-6);
-  EXPECT_NEAR((*frame)->exposure_s, exposure_s, 1e-6);
+std::optional<sim::wire::PatternFacts> Rig::painted() {
+  return sim::wire::read_pattern(pixels(), width(), capabilities().bits);
 }
 
 // pixel = 256 (x + y + frame) mod 65535, times 1 + log10(exposure / 10 ms), cut off at the ends.

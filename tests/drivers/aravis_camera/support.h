@@ -1,19 +1,15 @@
 // What the tests of the driver share: settings as text, the driver on them, and frames waited for.
 #pragma once
 
-#include <filesystem>
 #include <gtest/gtest.h>
-#include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
-#include "core/base/clock.h"
-#include "core/base/config.h"
 #include "drivers/aravis_camera/camera.h"
 #include "sim/wire/gv_camera_process.h"
 #include "sim/wire/gv_pattern.h"
+#include "tests/drivers/camera_rig.h"
 
 namespace rig::drivers::aravis {
 
@@ -31,42 +27,16 @@ namespace rig::drivers::aravis {
 inline const std::string kGige =
     "address = \"127.0.0.1\"\npacket_size = 1400\nreadout_ms = 0\nwidth = 256\nheight = 128\n";
 
+using test::eventually;
+using test::expect_frame;
+
 /// The driver on these settings; more of them after those of kGige.
-class Rig {
+class Rig : public test::CameraRig {
  public:
   explicit Rig(const std::string& settings);
-
-  [[nodiscard]] Camera& camera() { return *camera_; }
-  [[nodiscard]] base::Clock& clock() { return *clock_; }
-  [[nodiscard]] std::vector<std::uint16_t>& pixels() { return pixels_; }
-  [[nodiscard]] const CameraCapabilities& capabilities() const { return capabilities_; }
-
-  /// Of an exposure that was begun: the frame, in pixels(); nothing within `within`; or the error.
-  [[nodiscard]] base::Result<std::optional<FrameInfo>> wait_for_frame(
-      std::chrono::milliseconds within = std::chrono::milliseconds(5000));
-  /// Triggers and waits.
-  [[nodiscard]] base::Result<std::optional<FrameInfo>> take(double exposure_s, double gain = 1);
   /// What the pixels say; nothing where one of them contradicts it.
-  [[nodiscard]] std::optional<sim::wire::PatternFacts> painted() const;
-  void close() { camera_.reset(); }
-
- private:
-  std::unique_ptr<base::Clock> clock_ = base::make_system_clock();
-  std::unique_ptr<GenicamCamera> camera_;
-  CameraCapabilities capabilities_;
-  std::vector<std::uint16_t> pixels_;
+  [[nodiscard]] std::optional<sim::wire::PatternFacts> painted();
 };
-
-/// Looks at `ready` until it is true; false: not within `within`.
-template <typename Ready>
-[[nodiscard]] bool eventually(Ready&& ready, std::chrono::milliseconds within = std::chrono::seconds(20)) {
-  const auto until = std::chrono::steady_clock::now() + within;
-  while (!ready()) {
-    if (std::chrono::steady_clock::now() >= until) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-  return true;
-}
 
 /// Tests that need the network.
 class Gige : public testing::Test {
@@ -75,9 +45,6 @@ class Gige : public testing::Test {
     if (!has_own_network()) GTEST_SKIP() << "this user may not have a network of its own";
   }
 };
-
-/// Triggers; fails the test unless a whole frame of this exposure comes.
-void expect_frame(Rig& rig, double exposure_s);
 
 /// The exposure in Aravis' own ramp of 16 bits, in seconds: its steepness follows from it.
 [[nodiscard]] double exposure_in_ramp(const std::vector<std::uint16_t>& pixels, int width);

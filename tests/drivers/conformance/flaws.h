@@ -39,7 +39,7 @@ enum class Flaw {
   hides_fault,
   fault_acknowledged_away,  // enable(true) hides a fault whose cause lasts
   makes_up_state,           // answers the last state where none comes
-  no_calls_deadline,        // gives each of a move's many questions its whole time
+  no_calls_deadline,        // gives each of a call's many questions its whole time
   believes_garbage,
   reads_old_answers,  // takes whatever comes first
   never_back,         // what was lost once stays lost

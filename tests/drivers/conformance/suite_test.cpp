@@ -124,6 +124,8 @@ const std::vector<Wrong>& wrong_modules() {
       {Flaw::off_by_belief, "light: killed while it shines and opened again"},
       {Flaw::believes_garbage, "light: spoilt answers"},
       {Flaw::reads_old_answers, "light: spoilt answers"},
+      {Flaw::no_calls_deadline, "light: most answers missing"},
+      {Flaw::makes_up_state, "light: most answers missing"},
       {Flaw::makes_up_state, "light: lost and back"},
       {Flaw::never_back, "light: lost and back"},
       {Flaw::keeps_the_line, "light: absent at opening"},

@@ -7,6 +7,11 @@ namespace rig::drivers::dmx_light {
 
 namespace {
 
+// Three answers that are missing are not yet a loss, after which the light would be at its level of start.
+// And they are waited for so long that a call which finds the widget back, with two of three answers missing,
+// would take longer than rigd waits, if call_ms did not end it: 4 questions of 0.7 s.
+constexpr const char* kPatient = "attempts = 4\nanswer_ms = 350\ncall_ms = 1400";
+
 void log_it(base::LogLevel /*level*/, std::string_view message) {
   logged().emplace_back(message);
 }
@@ -27,7 +32,6 @@ DmxBench::DmxBench() : widget_(folder_ / "widget", kSerial) {
 std::string DmxBench::settings(const std::string& more) const {
   return fmt::format(R"(
 port = "{}"
-answer_ms = 100
 channel = 1
 fine_channel = 2
 {}
@@ -37,13 +41,12 @@ channel = 3
                      (folder_ / "widget").string(), more);
 }
 
-// Three answers that are missing are not yet a loss, after which the light would be at its level of start.
 base::Result<std::vector<Device>> DmxBench::open() {
-  return open_with(settings("attempts = 4"));
+  return open_with(settings(kPatient));
 }
 
 base::Result<std::unique_ptr<conformance::Victim>> DmxBench::start_victim(const conformance::Task& task) {
-  return conformance::start_victim({"dmx_light", settings("attempts = 4"), folder_.path()}, task);
+  return conformance::start_victim({"dmx_light", settings(kPatient), folder_.path()}, task);
 }
 
 base::Result<std::vector<Device>> DmxBench::open_with(const std::string& settings, base::Clock* clock) {
@@ -89,6 +92,11 @@ bool DmxBench::spoil(conformance::Spoil how, int answers) {
       return true;
   }
   return false;
+}
+
+bool DmxBench::thin_out(int answers) {
+  widget_.spoil(sim::wire::DmxPro::Spoil::two_of_three, answers);
+  return true;
 }
 
 // A fixture of 16 bits and a shutter that is open at 255 shines so.

@@ -37,6 +37,7 @@ class DmxBench final : public conformance::Bench, private conformance::Wire, pri
   bool cut() override;
   bool restore() override;
   bool spoil(conformance::Spoil how, int answers) override;
+  bool thin_out(int answers) override;
   [[nodiscard]] double level() override;
 
   test::TemporaryFolder folder_;

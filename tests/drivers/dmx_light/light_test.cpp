@@ -21,13 +21,13 @@ class DmxLight : public ::testing::Test {
  protected:
   void open(const std::string& more = "") {
     devices_.clear();
-    auto opened = bench_.open_with(bench_.settings(more), &clock_);
+    auto opened = bench_.open_with(bench_.settings("answer_ms = 100\n" + more), &clock_);
     ASSERT_TRUE(opened) << opened.error().text();
     devices_ = std::move(*opened);
   }
   void close() { devices_.clear(); }
   [[nodiscard]] std::string refusal(const std::string& more) {
-    const auto opened = bench_.open_with(bench_.settings(more), &clock_);
+    const auto opened = bench_.open_with(bench_.settings("answer_ms = 100\n" + more), &clock_);
     return opened ? "" : opened.error().text();
   }
   Light& light() { return *std::get<std::unique_ptr<Light>>(devices_.at(0).is); }

@@ -111,6 +111,11 @@ bool LinesBench::spoil(conformance::Spoil how, int answers) {
   return false;
 }
 
+bool LinesBench::thin_out(int answers) {
+  board_.spoil(sim::wire::LineBoard::Spoil::two_of_three, answers);
+  return true;
+}
+
 void LinesBench::set_input(const std::string& line, bool active) {
   if (line == "emergency_stop") board_.drive(kEmergencyStop, active ? std::nullopt : std::optional(false));
   if (line == "limit") board_.drive(kLimit, !active);

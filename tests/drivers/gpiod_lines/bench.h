@@ -45,6 +45,7 @@ class LinesBench final : public conformance::Bench,
   bool cut() override;
   bool restore() override;
   bool spoil(conformance::Spoil how, int answers) override;
+  bool thin_out(int answers) override;
   void set_input(const std::string& line, bool active) override;
   [[nodiscard]] bool output(const std::string& line) override;
   [[nodiscard]] double level() override;

@@ -72,10 +72,24 @@ TEST(Settings, DrivesThatDifferFromTheFactoryNeedToBeTold) {
   EXPECT_TRUE(table.finish().has_value()) << table.finish().error().text();
 }
 
+TEST(Settings, AnAddressOfTheNetworkIsTaken) {
+  for (const char* address : {"10.0.0.5", "::1", "fe80::1%eth0"}) {
+    const auto table = table_of(
+        fmt::format("host = \"{}\"\nprofile = \"oriental_az\"\n{}", address, axis_settings("pan", 1)));
+    EXPECT_EQ(read_settings(table).wire.host, address);
+    EXPECT_TRUE(table.finish().has_value()) << table.finish().error().text();
+  }
+}
+
 TEST(Settings, MistakesAreToldAtTheirKey) {
   EXPECT_THAT(mistake(kRtu), HasSubstr("given no axis"));
   EXPECT_THAT(mistake("profile = \"leadshine_pr\"\n" + axis_settings("pan", 1)),
               HasSubstr("port: is missing"));
+  for (const char* name : {"gateway.local", "localhost", "10.0.0", "10.0.0.5:502", ""}) {
+    EXPECT_THAT(
+        mistake(fmt::format("host = \"{}\"\nprofile = \"oriental_az\"\n{}", name, axis_settings("pan", 1))),
+        AllOf(HasSubstr("host: '"), HasSubstr("is no IP address"), HasSubstr("fixed address")));
+  }
   EXPECT_THAT(mistake("host = \"10.0.0.5\"\n" + kRtu + axis_settings("pan", 1)),
               HasSubstr("stands beside 'host'"));
   EXPECT_THAT(

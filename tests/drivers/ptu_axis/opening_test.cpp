@@ -75,8 +75,9 @@ TEST_F(PtuOpening, TheOwnersScaleHasToAgree) {
 
 TEST_F(PtuOpening, AUnitThatIsSilentIsLost) {
   sim::wire::Pty nobody(folder_ / "nobody");
-  const testing::UnitSettings settings(std::string("answer_ms = 20\nreset_s = 1\n") + testing::kBothAxes,
-                                       nobody.path(), folder_);
+  const test::SettingsAtPort settings(&open_devices,
+                                      std::string("answer_ms = 20\nreset_s = 1\n") + testing::kBothAxes,
+                                      nobody.path(), folder_);
   const auto opened = settings.open(*clock_);
   ASSERT_FALSE(opened.has_value());
   EXPECT_EQ(opened.error().code, ErrorCode::lost);

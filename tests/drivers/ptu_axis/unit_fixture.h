@@ -9,9 +9,10 @@
 
 #include "core/base/units.h"
 #include "drivers/conformance/waiting.h"
+#include "drivers/ptu_axis/devices.h"
 #include "sim/wire/ptu.h"
 #include "tests/core/temporary_folder.h"
-#include "tests/drivers/ptu_axis/opened_unit.h"
+#include "tests/drivers/settings_at_port.h"
 
 namespace rig::drivers::ptu::testing {
 
@@ -39,7 +40,7 @@ class UnitTest : public ::testing::Test {
 
   base::Result<void> try_open(const std::string& settings = kBothAxes) {
     devices_.clear();
-    settings_ = std::make_unique<UnitSettings>(settings, unit_->path(), folder_);
+    settings_ = std::make_unique<test::SettingsAtPort>(&open_devices, settings, unit_->path(), folder_);
     auto devices = settings_->open(*clock_);
     if (!devices) return base::pass(devices);
     devices_ = std::move(*devices);
@@ -99,7 +100,7 @@ class UnitTest : public ::testing::Test {
   test::TemporaryFolder folder_;
   std::unique_ptr<base::Clock> clock_ = base::make_system_clock();
   std::unique_ptr<Ptu> unit_;
-  std::unique_ptr<UnitSettings> settings_;
+  std::unique_ptr<test::SettingsAtPort> settings_;
   std::vector<Device> devices_;
 };
 

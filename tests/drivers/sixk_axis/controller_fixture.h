@@ -9,9 +9,10 @@
 
 #include "core/base/units.h"
 #include "drivers/conformance/waiting.h"
+#include "drivers/sixk_axis/devices.h"
 #include "sim/wire/sixk.h"
 #include "tests/core/temporary_folder.h"
-#include "tests/drivers/sixk_axis/opened_controller.h"
+#include "tests/drivers/settings_at_port.h"
 
 namespace rig::drivers::sixk::testing {
 
@@ -36,7 +37,7 @@ class ControllerTest : public ::testing::Test {
 
   base::Result<void> try_open(const std::string& settings = kArm) {
     devices_.clear();
-    settings_ = std::make_unique<ControllerSettings>(settings, controller_->path(), folder_);
+    settings_ = std::make_unique<test::SettingsAtPort>(&open_devices, settings, controller_->path(), folder_);
     auto devices = settings_->open(*clock_);
     if (!devices) return base::pass(devices);
     devices_ = std::move(*devices);
@@ -79,7 +80,7 @@ class ControllerTest : public ::testing::Test {
   test::TemporaryFolder folder_;
   std::unique_ptr<base::Clock> clock_ = base::make_system_clock();
   std::unique_ptr<Sixk> controller_;
-  std::unique_ptr<ControllerSettings> settings_;
+  std::unique_ptr<test::SettingsAtPort> settings_;
   std::vector<Device> devices_;
 };
 

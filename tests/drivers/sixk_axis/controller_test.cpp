@@ -71,8 +71,8 @@ TEST_F(SixkOpening, ARefusedSetUpCommandIsNamed) {
 
 TEST_F(SixkOpening, ASilentControllerIsLost) {
   sim::wire::Pty nobody(folder_ / "nobody");
-  const testing::ControllerSettings settings(std::string("answer_ms = 20\n") + testing::kArm, nobody.path(),
-                                             folder_);
+  const test::SettingsAtPort settings(&open_devices, std::string("answer_ms = 20\n") + testing::kArm,
+                                      nobody.path(), folder_);
   const auto opened = settings.open(*clock_);
   ASSERT_FALSE(opened.has_value());
   EXPECT_EQ(opened.error().code, ErrorCode::lost);

@@ -1,13 +1,11 @@
 // What a device says of its controls.
 #include "drivers/v4l2_camera/controls.h"
 
-#include <cmath>
 #include <cstring>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <limits>
 
-#include "drivers/v4l2_camera/gain.h"
 #include "tests/drivers/v4l2_camera/support.h"
 
 namespace rig::drivers::v4l2 {
@@ -63,24 +61,6 @@ TEST(Controls, OnlyWhatTakesAValueIsUsable) {
   about.flags = 0;
   about.type = V4L2_CTRL_TYPE_BUTTON;
   EXPECT_FALSE(read_control(about).usable);
-}
-
-TEST(Gain, GoesToTheControlAndBack) {
-  const std::string who = "device = \"/dev/video0\"\npixel_format = \"GREY\"\n";
-  Settings s = settings_of(who + "gain_offset = 5\ngain_counts = 10");
-  EXPECT_DOUBLE_EQ(gain_value(s, 1), 5);
-  EXPECT_NEAR(gain_value(s, 2), 5 + 60.206, 1e-3);
-  s.gain_unit = GainUnit::factor;
-  EXPECT_DOUBLE_EQ(gain_value(s, 2), 25);
-  for (const GainUnit unit : {GainUnit::decibel, GainUnit::factor}) {
-    s.gain_unit = unit;
-    for (const double factor : {0.5, 1.0, 3.7}) {
-      EXPECT_NEAR(gain_factor(s, gain_value(s, factor)), factor, 1e-12);
-    }
-    for (const double none : {0.0, -1.0, std::numeric_limits<double>::infinity()}) {
-      EXPECT_TRUE(std::isnan(gain_value(s, none)));
-    }
-  }
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ buffers = 8
   EXPECT_DOUBLE_EQ(*s.longest_exposure_s, 0.25);
   EXPECT_DOUBLE_EQ(*s.frame_interval_s, 0.04);
   EXPECT_EQ(s.gain_control, "analogue_gain");
-  EXPECT_EQ(s.gain_unit, GainUnit::factor);
+  EXPECT_EQ(s.gain, (GainScale{GainUnit::factor, 16, -1}));
   EXPECT_EQ(s.stamp, Stamp::end);
   EXPECT_FALSE(s.measure_settling);
   EXPECT_EQ(s.settle_frames, 3);

@@ -149,6 +149,9 @@ TEST_F(V4l2CameraTest, WhoClaimsItHasItAlone) {
   EXPECT_EQ(second.control(V4L2_CID_GAIN, 3), EBUSY);
   EXPECT_EQ(second.format(V4L2_PIX_FMT_GREY), EBUSY);
   EXPECT_EQ(second.ask(VIDIOC_S_PRIORITY, priority), EBUSY);
+  std::uint32_t highest = 0;
+  EXPECT_EQ(second.ask(VIDIOC_G_PRIORITY, highest), 0);
+  EXPECT_EQ(highest, std::uint32_t{V4L2_PRIORITY_RECORD});
   EXPECT_EQ(first.control(V4L2_CID_GAIN, 3), 0);
 }
 
