@@ -82,6 +82,8 @@ class Machine {
   [[nodiscard]] bool button_pressed() const;
   /// Brings the memory up to the present: power cut by the button, homing that has ended.
   void catch_up();
+  /// A fault's: the clock forward now, or the machine's back, which the next process finds.
+  void step_clock(double by_s);
   void fill_disk();
   void save();
 
@@ -102,6 +104,7 @@ class Machine {
   bool lamp_failed_ = false;
   std::optional<SizeLimit> disk_full_;
   std::int64_t disk_full_until_ns_ = 0;
+  std::int64_t set_back_ns_ = 0;  // the machine's clock, since this process began
 };
 
 }  // namespace rig::sim
