@@ -98,6 +98,9 @@ struct TellOfJob {  ///< the report goes into the scan folder (where the job has
   std::string occasion;  ///< "suspended", "held", "complete", "aborted", "failed"
   bool ended;
 };
+struct ReportTold {  ///< of an ended job: the program of [notify] has had it
+  std::uint64_t job;
+};
 struct StoreFrame {
   FrameSlot slot;
   PoseTake pose;
@@ -187,7 +190,7 @@ using Action =
                  ReplyWithFrame, SubscribeClient, UnsubscribeClient, Publish, PublishPreview, ProbeCamera,
                  ReadCameraTemperature, SaveOrder, PollDisk, SaveLease, KeepEvent, CheckSpace, SendReport,
                  TellOfJob, AskStorage, JudgeLook, RecordVisit, SendFramePiece, ReplyWithMetrics,
-                 LogStatistics, JogAxis>;
+                 LogStatistics, JogAxis, ReportTold>;
 using Actions = std::vector<Action>;
 
 }  // namespace rig::daemon
