@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
+#include "core/machine/reference_looks.h"
 #include "daemon/exposing.h"
 #include "daemon/job.h"
 #include "daemon/messages.h"
 #include "daemon/motion.h"
 #include "daemon/place.h"
-#include "daemon/reference_looks.h"
 #include "daemon/visit_verdict.h"
 
 namespace rig::daemon {
@@ -15,6 +15,7 @@ namespace rig::daemon {
 using base::seconds;
 using Kind = Visit::Kind;
 using Stage = Visit::Stage;
+using machine::Look;
 
 namespace {
 
@@ -23,8 +24,8 @@ constexpr double kAgain_s = 2;
 
 std::vector<Look> looks_of(const Setup& setup, const ActiveJob& job, Kind kind) {
   if (kind == Kind::place) return {{"place", job.place->target_rad, job.place->exposure_s, true}};
-  if (kind == Kind::identity) return {identity_look(setup)};
-  return reference_looks(setup);
+  if (kind == Kind::identity) return {machine::identity_look(setup.rig)};
+  return machine::reference_looks(setup.rig, setup.light.has_shutter);
 }
 
 // The job waits for a person, who has seen for himself when he releases it.
@@ -69,7 +70,7 @@ std::string why_unreachable_now(const Setup& setup, const State& state, const st
   JointAngles here{};
   for (std::size_t i = 0; i < kAxisCount; ++i) here[i] = state.axes[i].last.position_rad;
   const auto& rows = state.job->rows;
-  return why_unreachable(setup, here, looks, rows.empty() ? nullptr : &rows.front().target_rad);
+  return machine::why_unreachable(setup.rig, here, looks, rows.empty() ? nullptr : &rows.front().target_rad);
 }
 
 void put_off(State& state, Actions& actions, Kind kind, const std::string& why) {
