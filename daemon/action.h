@@ -131,7 +131,7 @@ struct JudgeLook {  ///< the storage looks at the frame, keeps that of a referen
 };
 struct RecordVisit {
   scan::VisitRecord visit;
-  bool retake;  ///< the poses since the last good visit are pending again
+  scan::Retake retake;
 };
 struct SaveStop {
   std::string reason;  ///< empty: cleared

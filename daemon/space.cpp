@@ -38,7 +38,8 @@ double visits_left(const Setup& setup, const ActiveJob& job, double poses) {
                                                        job.config->exposure, job.rows.front().target_rad));
     between += std::floor(poses * pose_s / reference->every_s);
   }
-  return std::min(between, poses) + (job.reference_due ? 1 : 0) + 1;
+  const double due = job.visits.first || job.rival ? 1 : 2;  // the first is repeated
+  return std::min(between, poses) + (job.reference_due ? due : 0) + 1;
 }
 
 }  // namespace

@@ -64,8 +64,11 @@ class Walk {
       return;
     }
     wait_for_readout();
-    for (const Look& look : looks_) look_at(look);
-    ++course_.visits;
+    const int times = course_.visits == 0 ? 2 : 1;  // the first is repeated
+    for (int i = 0; i < times; ++i) {
+      for (const Look& look : looks_) look_at(look);
+    }
+    course_.visits += times;
     poses_since_ = 0;
     visited_s_ = course_.duration_s;
   }

@@ -25,8 +25,8 @@ struct JobCourse {
       unidentified;  ///< why the sample's fiducials cannot be looked for; empty: they can, or need not
 };
 
-/// From `start`, with the rig homed and the light warm. Visits are made when rig.toml says so and put off
-/// where the rig cannot go there, as rigd does it.
+/// From `start`, with the rig homed and the light warm. Visits are made when rig.toml says so, the first one
+/// twice, and put off where the rig cannot go there, as rigd does it.
 [[nodiscard]] JobCourse foresee(const RigConfig& rig, const CourseDevices& devices, const JobConfig& job,
                                 const JointAngles& start);
 

@@ -120,6 +120,9 @@ void RigModel::check_trigger() {
   }
   expect(state_.light.warm && (shutter_ || !setup_.light.has_shutter), "an exposure in the dark");
   expect(exposed_row_ < 0 || exposed_row_ == take.row, "an exposure before the earlier pose was committed");
+  // Put off it may be, where the rig cannot go there.
+  const bool proven = !setup_.rig.unattended.reference || scans_.at(open_scan_).visits.since_good.empty();
+  expect(proven, "an exposure after a visit that was not good");
   exposed_row_ = take.row;
 }
 

@@ -44,7 +44,6 @@ void RigModel::to_disk(const Action& action) {
       if (row.state == scan::RowState::abandoned) ++opened.progress.abandoned;
     }
     opened.visits = scan.visits;
-    if (opened.progress.done == 0) opened.visits.first.reset();
     opened.visits.poses_since_good = static_cast<std::int64_t>(scan.unproven.size());
     if (opened.progress.done > 0) {
       auto place = std::make_shared<PlaceReference>();
@@ -96,8 +95,7 @@ void RigModel::judge(const JudgeLook& look) {
   if (look.name == "flat") finding.record.means_dn = flat_dn;
   finding.tags = tags;
   finding.moved = moved;
-  // Not before there is something that it is worse than.
-  if (scans_.at(open_scan_).visits.first && chance(faults.bad_visit)) {
+  if (chance(faults.bad_visit)) {
     finding.record.means_dn = {500};
     finding.moved = "the fiducials by 9 px";
     finding.tags.clear();
@@ -112,15 +110,22 @@ void RigModel::record(const RecordVisit& action) {
   scan.visits.next = action.visit.number + 1;
   const bool any = std::any_of(scan.rows.begin(), scan.rows.end(),
                                [](const scan::PlanRow& row) { return row.state == scan::RowState::done; });
-  if (action.visit.good) {
-    if (!any) scan.visits.first = action.visit;
-    scan.visits.last_good = action.visit.when;
-    scan.unproven.clear();
+  if (action.retake == scan::Retake::since_good) recorded.again = scan.unproven;
+  for (const scan::PlanRow& row : scan.rows) {
+    const bool all = action.retake == scan::Retake::all;
+    if (all && row.state == scan::RowState::done) recorded.again.push_back(row.row);
   }
-  if (action.retake) {
-    std::swap(recorded.again, scan.unproven);
-    for (const std::int64_t row : recorded.again)
-      scan.rows.at(static_cast<std::size_t>(row)).state = scan::RowState::pending;
+  for (const std::int64_t row : recorded.again)
+    scan.rows.at(static_cast<std::size_t>(row)).state = scan::RowState::pending;
+  if (action.visit.good || action.retake != scan::Retake::none) scan.unproven.clear();
+  if (action.visit.good) {
+    const bool anew = !scan.visits.first || !any || action.retake == scan::Retake::all;
+    if (anew) scan.visits.first = action.visit;
+    scan.visits.agreed = anew ? 1 : scan.visits.agreed + 1;
+    scan.visits.last_good = action.visit.when;
+    scan.visits.since_good.clear();
+  } else {
+    scan.visits.since_good.push_back(action.visit);
   }
   recorded.progress.total = static_cast<std::int64_t>(scan.rows.size());
   for (const scan::PlanRow& row : scan.rows) {

@@ -208,7 +208,7 @@ std::string where_it_hangs(const State& state) {
   const ActiveJob& job = *state.job;
   text += fmt::format(", phase {}, {} rows, current {}, storing {}, resting {}, recording {}, visits bad {}",
                       static_cast<int>(job.phase), job.rows.size(), job.current.has_value(),
-                      job.storing.has_value(), job.resting, job.visit_recording, job.bad_visits);
+                      job.storing.has_value(), job.resting, job.recording.has_value(), job.bad_visits);
   if (job.visit)
     text += fmt::format(", visit {} at stage {}", static_cast<int>(job.visit->kind),
                         static_cast<int>(job.visit->stage));
@@ -279,7 +279,7 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     model.gone.clear();
     model.free_bytes = 1e12;
     lamp = 1;
-    run(true, 20000, [&] {
+    run(true, 200000, [&] {
       return all_jobs_ended(model.state()) && !model.state().motion && !model.state().snap && model.idle();
     });
     ASSERT_TRUE(model.broken().empty()) << "round " << round << ", " << model.broken().front();
