@@ -55,7 +55,8 @@ constexpr std::array<RandomFault, 15> kKeepPixels{{{"kind = \"stall\"\nshare = 0
                                                    {"kind = \"corrupt-frame\"", 0.03},
                                                    {"kind = \"clock-step\"\nby_s = 3600", 0.005},
                                                    {"kind = \"clock-step\"\nby_s = -900", 0.005}}};
-constexpr RandomFault kLampOut{"kind = \"light-fails\"", 0.003};
+// Of each reading, half a second apart: a lamp that warms up for 900 s must get warm now and then.
+constexpr RandomFault kLampOut{"kind = \"light-fails\"", 0.001};
 // In each of the nights whose frames may change: some fall upon a visit, which gives poses back, also upon
 // the first ones, with which all others are compared.
 constexpr const char* kExcursions =
