@@ -101,6 +101,9 @@ struct TellOfJob {  ///< the report goes into the scan folder (where the job has
   std::string occasion;  ///< "suspended", "held", "complete", "aborted", "failed"
   bool ended;
 };
+struct ReportTold {  ///< of an ended job: the program of [notify] has had it
+  std::uint64_t job;
+};
 struct StoreFrame {
   FrameSlot slot;
   PoseTake pose;
@@ -131,7 +134,7 @@ struct JudgeLook {  ///< the storage looks at the frame, keeps that of a referen
 };
 struct RecordVisit {
   scan::VisitRecord visit;
-  bool retake;  ///< the poses since the last good visit are pending again
+  scan::Retake retake;
 };
 struct SaveStop {
   std::string reason;  ///< empty: cleared
@@ -190,7 +193,7 @@ using Action =
                  ReplyWithFrame, SubscribeClient, UnsubscribeClient, Publish, PublishPreview, ProbeCamera,
                  ReadCameraTemperature, SaveOrder, PollDisk, SaveLease, KeepEvent, CheckSpace, SendReport,
                  TellOfJob, AskStorage, JudgeLook, RecordVisit, SendFramePiece, ReplyWithMetrics,
-                 LogStatistics, JogAxis>;
+                 LogStatistics, JogAxis, ReportTold>;
 using Actions = std::vector<Action>;
 
 }  // namespace rig::daemon

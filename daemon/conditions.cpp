@@ -66,7 +66,7 @@ Signal light_signal(const Setup& setup, const State& state, const JobEntry& /*jo
   Signal signal;
   signal.leave = light.on && light.warm && (!setup.light.has_level || off <= 0.5 * band);
   // A visit shuts the shutter itself, and judges the light by its frames.
-  if (state.job->phase == ActiveJob::Phase::running && !state.job->visit && !state.job->visit_recording) {
+  if (state.job->phase == ActiveJob::Phase::running && !state.job->visit && !state.job->recording) {
     signal.enter = true;
     if (!light.on) {
       signal.reason = "the light went out";

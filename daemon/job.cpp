@@ -401,6 +401,13 @@ void give_back(State& state, Actions& actions) {
   }
 }
 
+TellOfJob report_of_ended(const State& state, const JobEntry& job) {
+  const std::string_view occasion = job.state == JobEntry::State::complete  ? "complete"
+                                    : job.state == JobEntry::State::aborted ? "aborted"
+                                                                            : "failed";
+  return {make_job_info(state, job), std::string(occasion), true};
+}
+
 void end_job(const Setup& setup, State& state, Actions& actions, std::uint64_t id, JobEntry::State how,
              const std::string& reason) {
   JobEntry* entry = find_job(state, id);
@@ -414,12 +421,9 @@ void end_job(const Setup& setup, State& state, Actions& actions, std::uint64_t i
     state.job.reset();
     state.parking = how == JobEntry::State::aborted && setup.rig.unattended.park_rad.has_value();
   }
-  const std::string_view occasion = how == JobEntry::State::complete  ? "complete"
-                                    : how == JobEntry::State::aborted ? "aborted"
-                                                                      : "failed";
-  const TellOfJob tell{make_job_info(state, *entry), std::string(occasion), true};
-  // Where rigd dies between the two, the next one finds the job complete once more, and its report is
-  // written.
+  const TellOfJob tell = report_of_ended(state, *entry);
+  // Where rigd dies between the two, the next one finds the job complete once more. Another job must not be
+  // found active again: the next rigd finds that its report is due.
   const bool first = how == JobEntry::State::complete;
   if (first) actions.push_back(tell);
   publish_job(state, actions, *entry);

@@ -32,6 +32,9 @@ void give_back(State& state, Actions& actions);
 /// Null: there is none.
 [[nodiscard]] JobEntry* find_job(State& state, std::uint64_t id);
 
+/// The report of a job that has ended.
+[[nodiscard]] TellOfJob report_of_ended(const State& state, const JobEntry& job);
+
 /// Ends a job for good.
 void end_job(const Setup& setup, State& state, Actions& actions, std::uint64_t id, JobEntry::State how,
              const std::string& reason);

@@ -104,6 +104,10 @@ Notifier::Notifier(machine::NotifyConfig notify) : notify_(std::move(notify)) {
 }
 
 Notifier::~Notifier() {
+  finish();
+}
+
+void Notifier::finish() {
   if (!thread_.joinable()) return;
   {
     const std::lock_guard lock(mutex_);
@@ -113,15 +117,18 @@ Notifier::~Notifier() {
   thread_.join();
 }
 
-void Notifier::tell(std::string occasion, std::string text) {
-  if (notify_.command.empty()) return;
+void Notifier::tell(std::string occasion, std::string text, std::function<void()> told) {
+  if (notify_.command.empty()) {
+    if (told) told();
+    return;
+  }
   {
     const std::lock_guard lock(mutex_);
     if (queue_.size() >= kMostQueued) {
       base::log_error("notify: too much to tell; '{}' is left out", occasion);
       return;
     }
-    queue_.push_back({std::move(occasion), std::move(text)});
+    queue_.push_back({std::move(occasion), std::move(text), std::move(told)});
   }
   changed_.notify_one();
 }
@@ -137,6 +144,7 @@ void Notifier::run() {
     if (auto ok = run_notify(notify_, message.occasion, message.text); !ok) {
       base::log_error("notify: {}", ok.error().text());
     }
+    if (message.told) message.told();
     lock.lock();
   }
 }

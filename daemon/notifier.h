@@ -3,6 +3,7 @@
 
 #include <condition_variable>
 #include <deque>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -21,19 +22,25 @@ namespace rig::daemon {
 class Notifier {
  public:
   explicit Notifier(machine::NotifyConfig notify);
-  /// What is queued is still told, each within its time.
+  /// finish()es.
   ~Notifier();
   Notifier(const Notifier&) = delete;
   Notifier& operator=(const Notifier&) = delete;
 
-  /// From any thread; returns at once. Without a command nothing happens. Errors are logged.
-  void tell(std::string occasion, std::string text);
+  /// From any thread; returns at once. Errors are logged. `told` is called, on the notifier's thread, once
+  /// the command has ended, in whatever way; where there is no command, at once. Never, where there is too
+  /// much to tell.
+  void tell(std::string occasion, std::string text, std::function<void()> told = {});
+
+  /// What is queued is still told, each within its time. Nothing may be told afterwards.
+  void finish();
 
  private:
   void run();
 
   struct Message {
     std::string occasion, text;
+    std::function<void()> told;
   };
   const machine::NotifyConfig notify_;
   std::mutex mutex_;

@@ -3,12 +3,12 @@
 #include <algorithm>
 
 #include "core/machine/exposure_bounds.h"
+#include "core/machine/job_course.h"
 #include "core/machine/limits.h"
 #include "core/machine/motion.h"
-#include "daemon/job_course.h"
+#include "core/machine/reference_looks.h"
 #include "daemon/lamp.h"
 #include "daemon/motion.h"
-#include "daemon/reference_looks.h"
 #include "daemon/space.h"
 
 namespace rig::daemon {
@@ -56,14 +56,17 @@ protocol::Preflight preflight(const Setup& setup, const State& state, const mach
       flight.add_problems("the way to the first pose: " + ok.error().text());
     }
   }
-  const JobCourse course = foresee(setup, job, start);
+  const machine::CourseDevices devices{setup.camera.readout_s, setup.camera.overlaps_motion,
+                                       setup.light.has_shutter};
+  const machine::JobCourse course = machine::foresee(setup.rig, devices, job, start);
   // A lamp cools down while the axes are homed.
   const double dark_s = std::max(homing_s(setup, state), cool_down_left_s(setup, state));
   const double warm_up_s = state.light.warm ? 0 : setup.light.warm_up_s;
   const double duration_s = dark_s + warm_up_s + course.duration_s;
   const double lit_s = state.light.on ? duration_s : duration_s - dark_s;
   const auto poses = static_cast<double>(job.poses.size());
-  const auto frames_of_visits = course.visits * static_cast<double>(reference_looks(setup).size());
+  const auto looks = machine::reference_looks(setup.rig, setup.light.has_shutter);
+  const auto frames_of_visits = course.visits * static_cast<double>(looks.size());
   flight.set_poses(static_cast<std::uint32_t>(job.poses.size()));
   flight.set_frames(
       static_cast<std::uint32_t>(poses * machine::most_frames(job.exposure) + frames_of_visits));

@@ -88,7 +88,8 @@ void add_suspension_event(protocol::Report& report, const protocol::Event& event
   report.set_suspended_s(report.suspended_s() + event.job_released().suspended_s());
 }
 
-// The drift of the light: what each visit's looks of that name show relative to those of the first good one.
+// The drift of the light: what each visit's looks of that name show relative to those of the first good one,
+// or of the one that the scan was begun anew with.
 class Drift {
  public:
   explicit Drift(std::string look) : look_(std::move(look)) {}
@@ -99,7 +100,8 @@ class Drift {
     for (const scan::LookRecord& look : visit.looks) {
       if (look.name == look_) now = &look.means_dn;
     }
-    if (first_ == nullptr && visit.good) first_ = now;
+    const bool begins_anew = visit.good && !visit.what.empty();
+    if ((first_ == nullptr && visit.good) || begins_anew) first_ = now;
     if (first_ == nullptr || now == nullptr || now->size() != first_->size() || now->empty()) return 0;
     double sum = 0;
     for (std::size_t i = 0; i < now->size(); ++i) sum += (*now)[i] / (*first_)[i];

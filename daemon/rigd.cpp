@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <csignal>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <thread>
@@ -11,6 +12,7 @@
 #include "core/base/log.h"
 #include "core/scan/scan_directory.h"
 #include "daemon/access.h"
+#include "daemon/job.h"
 #include "daemon/loop.h"
 #include "daemon/notifier.h"
 #include "daemon/service_manager.h"
@@ -96,6 +98,18 @@ Result<State> remembered_state(StateDb& db) {
   return state;
 }
 
+// Of jobs whose end was saved by a rigd that ended before it had written and told how they went.
+Result<std::vector<TellOfJob>> reports_due(const StateDb& db, const State& state) {
+  const auto due = db.reports_due();
+  if (!due) return pass(due);
+  std::vector<TellOfJob> reports;
+  for (const JobEntry& job : state.jobs) {
+    if (std::find(due->begin(), due->end(), job.id) != due->end())
+      reports.push_back(report_of_ended(state, job));
+  }
+  return reports;
+}
+
 constexpr std::size_t kRememberedEvents = 20000;
 constexpr std::size_t kRememberedScans = 3;
 
@@ -176,6 +190,8 @@ Result<void> run(const Options& options) {
   const machine::RigConfig rig_config = setup.rig;
   const machine::CameraConfig& camera = rig_config.camera;
   auto earlier = remembered_events(*db, state->jobs);
+  auto due = reports_due(*db, *state);
+  if (!due) return pass(due);
   auto pool = FramePool::make(kFrameSlots, static_cast<std::size_t>(camera.intrinsics.width) *
                                                static_cast<std::size_t>(camera.intrinsics.height));
   if (!pool) return pass(pool);
@@ -195,9 +211,13 @@ Result<void> run(const Options& options) {
           const auto& reply = std::get<SendReply>(answer);
           (*server)->reply(reply.client, reply.reply);
         },
-        [&notifier](std::string occasion, std::string report) {
-          notifier.tell(std::move(occasion), std::move(report));
+        [&notifier](std::string occasion, std::string report, std::function<void()> told) {
+          notifier.tell(std::move(occasion), std::move(report), std::move(told));
         });
+    for (TellOfJob& report : *due) {
+      base::log_info("job {}: rigd ended before its report was told of; now it is", report.job.job());
+      storage.queue(std::move(report));
+    }
     loop.remember(std::move(earlier));
     loop.attach(storage, **server, **frames);
     const SignalThread signals(loop);
@@ -221,6 +241,9 @@ Result<void> run(const Options& options) {
     member.reset();
     // Stops still queued at the buses are carried out before their workers end.
     (*devices)->finish();
+    // What is told of now is noted by the storage.
+    storage.settle();
+    notifier.finish();
   }
   return {};
 }

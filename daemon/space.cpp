@@ -4,7 +4,8 @@
 #include <cmath>
 
 #include "core/machine/exposure_bounds.h"
-#include "daemon/reference_looks.h"
+#include "core/machine/job_course.h"
+#include "core/machine/reference_looks.h"
 
 namespace rig::daemon {
 
@@ -30,28 +31,25 @@ double visits_left(const Setup& setup, const ActiveJob& job, double poses) {
   if (reference->every_poses > 0) between += std::floor(poses / reference->every_poses);
   if (reference->every_s > 0) {
     // Before the first commit the camera's time is all that is known of the pace.
-    const double pose_s = job.rows.empty()
-                              ? job.seconds_per_pose
-                              : std::max(job.seconds_per_pose,
-                                         bracket_s(setup, job.config->exposure, job.rows.front().target_rad));
+    const double pose_s =
+        job.rows.empty() ? job.seconds_per_pose
+                         : std::max(job.seconds_per_pose,
+                                    machine::bracket_s(setup.rig, setup.camera.readout_s,
+                                                       job.config->exposure, job.rows.front().target_rad));
     between += std::floor(poses * pose_s / reference->every_s);
   }
-  return std::min(between, poses) + (job.reference_due ? 1 : 0) + 1;
+  const double due = job.visits.first || job.rival ? 1 : 2;  // the first is repeated
+  return std::min(between, poses) + (job.reference_due ? due : 0) + 1;
 }
 
 }  // namespace
-
-double bracket_s(const Setup& setup, const machine::ExposureConfig& exposure, const JointAngles& pose) {
-  return machine::longest_bracket_s(setup.rig, exposure, pose) +
-         (machine::most_frames(exposure) - 1) * setup.camera.readout_s;
-}
 
 double bytes_of_pose(const Setup& setup, const machine::JobConfig& job) {
   return bytes_of_frames(setup, machine::most_frames(job.exposure));
 }
 
 double bytes_of_visit(const Setup& setup) {
-  const auto looks = reference_looks(setup);
+  const auto looks = machine::reference_looks(setup.rig, setup.light.has_shutter);
   return looks.empty() ? 0 : bytes_of_frames(setup, static_cast<double>(looks.size()));
 }
 

@@ -1,14 +1,10 @@
-// How much a job writes, and how long its camera is busy.
+// How much a job writes.
 #pragma once
 
 #include "core/machine/job_config.h"
 #include "daemon/state.h"
 
 namespace rig::daemon {
-
-/// Seconds of the longest bracket of a pose there: exposures, and the readouts between them.
-[[nodiscard]] double bracket_s(const Setup& setup, const machine::ExposureConfig& exposure,
-                               const JointAngles& pose);
 
 /// Most bytes that one pose takes on the disk: its frames and their part of the journal.
 [[nodiscard]] double bytes_of_pose(const Setup& setup, const machine::JobConfig& job);

@@ -17,6 +17,7 @@
 #include "core/scan/journal.h"
 #include "daemon/condition_track.h"
 #include "daemon/sample_histogram.h"
+#include "daemon/visit_standard.h"
 #include "drivers/api/device.h"
 #include "protocol/server.h"
 
@@ -187,7 +188,8 @@ struct ActiveJob {
   std::int64_t visit_after = 0;     ///< a visit is put off until so many poses are committed in this opening
   std::int64_t committed = 0;       ///< poses, since the job was opened
   std::optional<Visit> visit;
-  bool visit_recording = false;  ///< one is on its way into the journal; the next waits for that
+  std::optional<VisitOutcome> recording;  ///< of one on its way into the journal; the next waits for that
+  std::optional<Rival> rival;
   std::optional<BadVisit> bad_visit;
   int bad_visits = 0;      ///< one after the other
   bool suspended = false;  ///< a condition is on: no pose begins

@@ -17,6 +17,7 @@ CREATE TABLE IF NOT EXISTS jobs(id INTEGER PRIMARY KEY, name TEXT NOT NULL, samp
   retries INTEGER NOT NULL, reason TEXT NOT NULL) STRICT;
 CREATE TABLE IF NOT EXISTS queue(job INTEGER PRIMARY KEY, place INTEGER NOT NULL, hold TEXT NOT NULL,
   needs_sample_change INTEGER NOT NULL) STRICT;
+CREATE TABLE IF NOT EXISTS reports_due(job INTEGER PRIMARY KEY) STRICT;
 CREATE TABLE IF NOT EXISTS events(epoch INTEGER NOT NULL, number INTEGER NOT NULL, time_ns INTEGER NOT NULL,
   payload BLOB NOT NULL, PRIMARY KEY(epoch, number)) STRICT;
 CREATE TABLE IF NOT EXISTS facts(key TEXT PRIMARY KEY, value TEXT NOT NULL) STRICT;
@@ -105,10 +106,38 @@ Result<void> StateDb::save_job(const JobEntry& job) {
       .bind(7, job.done)
       .bind(8, job.abandoned);
   write->bind(9, job.retries).bind(10, std::string_view(job.reason));
+  // A complete one's report is written before this, and noted by that.
+  auto due = database_.prepare(
+      "INSERT OR IGNORE INTO reports_due SELECT ?1 WHERE ?2 IN (3, 4) AND NOT EXISTS "
+      "(SELECT 1 FROM jobs WHERE id = ?1 AND state = ?2)");
+  if (!due) return pass(due);
+  due->bind(1, static_cast<std::int64_t>(job.id)).bind(2, static_cast<std::int64_t>(job.state));
   return database_.transaction([&]() -> Result<void> {
+    if (auto done = due->run(); !done) return done;
     if (auto done = write->run(); !done) return done;
     return queue->run();
   });
+}
+
+Result<std::vector<std::uint64_t>> StateDb::reports_due() const {
+  std::vector<std::uint64_t> due;
+  auto done = scan::for_each(
+      database_.prepare("SELECT job FROM reports_due JOIN jobs ON id = job WHERE state >= 2 ORDER BY job"),
+      [&due](const scan::Statement& row) { due.push_back(static_cast<std::uint64_t>(row.integer(0))); });
+  if (!done) return pass(done);
+  return due;
+}
+
+Result<void> StateDb::note_report_due(std::uint64_t job) {
+  auto note = database_.prepare("INSERT OR IGNORE INTO reports_due VALUES(?)");
+  if (!note) return pass(note);
+  return note->bind(1, static_cast<std::int64_t>(job)).run();
+}
+
+Result<void> StateDb::forget_report_due(std::uint64_t job) {
+  auto forget = database_.prepare("DELETE FROM reports_due WHERE job = ?");
+  if (!forget) return pass(forget);
+  return forget->bind(1, static_cast<std::int64_t>(job)).run();
 }
 
 Result<void> StateDb::save_order(const std::vector<std::uint64_t>& jobs) {

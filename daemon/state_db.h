@@ -25,7 +25,13 @@ class StateDb {
   [[nodiscard]] base::Result<std::uint64_t> begin_epoch();
   [[nodiscard]] base::Result<std::vector<JobEntry>> jobs() const;  ///< as they stand in the queue
   [[nodiscard]] base::Result<std::uint64_t> next_job_id() const;
+  /// Of a job that ends here as aborted or failed it is noted, in the same transaction, that its report is
+  /// due.
   [[nodiscard]] base::Result<void> save_job(const JobEntry& job);
+  /// Ended jobs whose report is not yet in the scan folder and told.
+  [[nodiscard]] base::Result<std::vector<std::uint64_t>> reports_due() const;
+  [[nodiscard]] base::Result<void> note_report_due(std::uint64_t job);
+  [[nodiscard]] base::Result<void> forget_report_due(std::uint64_t job);
   /// The queue's order: every job's number.
   [[nodiscard]] base::Result<void> save_order(const std::vector<std::uint64_t>& jobs);
   /// Events that belong to no pose. They outlive the process at once, a power cut only in a while: none of

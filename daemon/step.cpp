@@ -14,6 +14,7 @@
 #include "daemon/messages.h"
 #include "daemon/motion.h"
 #include "daemon/queue.h"
+#include "daemon/reference_visit.h"
 #include "daemon/requests.h"
 #include "daemon/safety.h"
 #include "daemon/visit.h"

@@ -1,6 +1,7 @@
 #include "daemon/storage.h"
 
 #include <algorithm>
+#include <future>
 #include <utility>
 
 #include "core/base/files.h"
@@ -47,6 +48,12 @@ void Storage::queue(Action action) {
   mailbox_.push(std::optional<Action>(std::move(action)));
 }
 
+void Storage::settle() {
+  std::promise<void> settled;
+  queue(AskStorage{[&settled] { settled.set_value(); }});
+  settled.get_future().wait();
+}
+
 void Storage::run() {
   while (true) {
     const auto item = mailbox_.pop();
@@ -75,6 +82,7 @@ void Storage::carry_out(const Action& action) {
   if (const auto* asked = std::get_if<SendFramePiece>(&action)) return send_frame_piece(*asked);
   if (const auto* asked = std::get_if<SendReport>(&action)) return send_report(*asked);
   if (const auto* job = std::get_if<TellOfJob>(&action)) return tell_of_job(*job);
+  if (const auto* told = std::get_if<ReportTold>(&action)) return forget_report(told->job);
   if (const auto* stop = std::get_if<SaveStop>(&action)) return check(db_.save_stopped(stop->reason));
   if (const auto* lease = std::get_if<SaveLease>(&action)) return check(db_.save_lease_holder(lease->holder));
   if (const auto* store = std::get_if<StoreFrame>(&action)) return store_frame(*store);
@@ -199,18 +207,35 @@ void Storage::send_report(const SendReport& action) {
   pass_on_(daemon::SendReply{action.asker.client, std::move(reply)});
 }
 
+// Until both are done, the next rigd writes and tells it again.
+void Storage::forget_report(std::uint64_t job) {
+  const bool unwritten = std::any_of(reports_.begin(), reports_.end(), [job](const protocol::Report& report) {
+    return report.job().job() == job;
+  });
+  if (unwritten) {
+    told_.push_back(job);
+  } else {
+    check(db_.forget_report_due(job));
+  }
+}
+
 void Storage::tell_of_job(const TellOfJob& action) {
+  std::function<void()> told;
+  if (action.ended) {
+    check(db_.note_report_due(action.job.job()));
+    told = [this, job = action.job.job()] { queue(ReportTold{job}); };
+  }
   auto report = report_of(action.job);
   if (!report) {
     // Somebody has to learn of it even where the scan is gone.
     base::log_error("no report of job {}: {}", action.job.job(), report.error().text());
     protocol::Report bare;
     *bare.mutable_job() = action.job;
-    tell_(action.occasion, protocol::report_text(bare));
+    tell_(action.occasion, protocol::report_text(bare), std::move(told));
     return;
   }
   if (action.ended) write_report_of(*report);
-  tell_(action.occasion, protocol::report_text(*report));
+  tell_(action.occasion, protocol::report_text(*report), std::move(told));
 }
 
 // What the disk does not take now is written when it takes files again.
@@ -314,6 +339,7 @@ void Storage::poll_disk(const PollDisk& action) {
     if (written) {
       keep_what_waits();
       for (const protocol::Report& report : std::exchange(reports_, {})) write_report_of(report);
+      for (const std::uint64_t job : std::exchange(told_, {})) forget_report(job);
     }
   }
   std::error_code error;

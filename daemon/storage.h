@@ -22,7 +22,8 @@ class Storage {
  public:
   using Report = std::function<void(What)>;
   using PassOn = std::function<void(const Action&)>;
-  using Tell = std::function<void(std::string occasion, std::string report)>;
+  /// `told` is to be called, on any thread, when somebody has had it.
+  using Tell = std::function<void(std::string occasion, std::string report, std::function<void()> told)>;
 
   /// `rig_toml` is the text of the file rigd runs on, copied into every scan.
   Storage(base::Clock& clock, const machine::RigConfig& rig, std::string rig_toml, StateDb db,
@@ -37,9 +38,12 @@ class Storage {
   [[nodiscard]] Timings& timings() { return timings_; }
 
   /// One of CreateJob, OpenJob, SaveJob, SaveOrder, PollDisk, KeepEvent, CheckSpace, SendReport, TellOfJob,
-  /// StoreFrame, CommitPose, DiscardBracket, RecordFailure, JudgeLook, RecordVisit, SaveStop, SaveLease,
-  /// AskStorage, or an answer to be passed on once all that was queued before it is on the disk.
+  /// ReportTold, StoreFrame, CommitPose, DiscardBracket, RecordFailure, JudgeLook, RecordVisit, SaveStop,
+  /// SaveLease, AskStorage, or an answer to be passed on once all that was queued before it is on the disk.
   void queue(Action action);
+
+  /// Returns when everything that was queued is carried out.
+  void settle();
 
  private:
   void run();
@@ -55,6 +59,7 @@ class Storage {
   void keep_event(const KeepEvent& action);
   void keep_what_waits();
   void write_report_of(const protocol::Report& report);
+  void forget_report(std::uint64_t job);
   void check_space(const CheckSpace& action);
   void send_frame_piece(const SendFramePiece& action);
   void send_report(const SendReport& action);
@@ -79,6 +84,7 @@ class Storage {
   base::Time latest_{};                    ///< that the open journal has
   std::deque<KeepEvent> events_;           ///< not yet kept, in their order
   std::vector<protocol::Report> reports_;  ///< of ended jobs, not yet written
+  std::vector<std::uint64_t> told_;        ///< of those, already told
   Timings timings_;
   base::Mailbox<std::optional<Action>> mailbox_;
   std::thread thread_;

@@ -2,19 +2,20 @@
 
 #include <algorithm>
 
+#include "core/machine/reference_looks.h"
 #include "daemon/exposing.h"
 #include "daemon/job.h"
 #include "daemon/messages.h"
 #include "daemon/motion.h"
 #include "daemon/place.h"
-#include "daemon/reference_looks.h"
-#include "daemon/visit_verdict.h"
+#include "daemon/reference_visit.h"
 
 namespace rig::daemon {
 
 using base::seconds;
 using Kind = Visit::Kind;
 using Stage = Visit::Stage;
+using machine::Look;
 
 namespace {
 
@@ -23,15 +24,8 @@ constexpr double kAgain_s = 2;
 
 std::vector<Look> looks_of(const Setup& setup, const ActiveJob& job, Kind kind) {
   if (kind == Kind::place) return {{"place", job.place->target_rad, job.place->exposure_s, true}};
-  if (kind == Kind::identity) return {identity_look(setup)};
-  return reference_looks(setup);
-}
-
-// The job waits for a person, who has seen for himself when he releases it.
-void hold(State& state, Actions& actions, const std::string& reason) {
-  JobEntry& entry = *find_job(state, state.job->id);
-  if (entry.hold.empty()) entry.hold = reason;
-  publish_job(state, actions, entry);
+  if (kind == Kind::identity) return {machine::identity_look(setup.rig)};
+  return machine::reference_looks(setup.rig, setup.light.has_shutter);
 }
 
 // What was due is not any more.
@@ -69,7 +63,7 @@ std::string why_unreachable_now(const Setup& setup, const State& state, const st
   JointAngles here{};
   for (std::size_t i = 0; i < kAxisCount; ++i) here[i] = state.axes[i].last.position_rad;
   const auto& rows = state.job->rows;
-  return why_unreachable(setup, here, looks, rows.empty() ? nullptr : &rows.front().target_rad);
+  return machine::why_unreachable(setup.rig, here, looks, rows.empty() ? nullptr : &rows.front().target_rad);
 }
 
 void put_off(State& state, Actions& actions, Kind kind, const std::string& why) {
@@ -81,7 +75,7 @@ void put_off(State& state, Actions& actions, Kind kind, const std::string& why) 
       job.place.reset();
       return;
     case Kind::identity:
-      hold(state, actions, "it cannot be checked which sample is on the carrier: " + why);
+      hold_for_person(state, actions, "it cannot be checked which sample is on the carrier: " + why);
       job.identity_due = false;
       return;
     case Kind::reference:
@@ -95,15 +89,6 @@ void put_off(State& state, Actions& actions, Kind kind, const std::string& why) 
   }
 }
 
-void record(State& state, Actions& actions, scan::VisitRecord visit) {
-  const bool retake = !visit.good;
-  visit.number = state.job->visits.next;
-  visit.when = state.now;
-  state.job->visit.reset();
-  state.job->visit_recording = true;
-  actions.push_back(RecordVisit{std::move(visit), retake});
-}
-
 void fail_look(State& state, Actions& actions, const std::string& reason) {
   ActiveJob& job = *state.job;
   Visit& visit = *job.visit;
@@ -114,15 +99,13 @@ void fail_look(State& state, Actions& actions, const std::string& reason) {
   }
   const Kind kind = visit.kind;
   if (kind == Kind::reference) {
-    scan::VisitRecord failed{};
-    failed.what = "the reference could not be looked at: " + reason;
-    record(state, actions, std::move(failed));
+    record_failed_visit(state, actions, "the reference could not be looked at: " + reason);
     return;
   }
   settle(job, kind);
-  hold(state, actions,
-       kind == Kind::place ? "it cannot be checked whether the sample or the rig moved: " + reason
-                           : "it cannot be checked which sample is on the carrier: " + reason);
+  hold_for_person(state, actions,
+                  kind == Kind::place ? "it cannot be checked whether the sample or the rig moved: " + reason
+                                      : "it cannot be checked which sample is on the carrier: " + reason);
 }
 
 // Whether every axis stands, and where is known.
@@ -170,7 +153,7 @@ void judge_place(State& state, Actions& actions, const LookFinding& finding) {
   checked.set_problem(finding.moved);
   publish(state, actions, std::move(event));
   if (finding.moved.empty()) return;
-  hold(
+  hold_for_person(
       state, actions,
       fmt::format("the sample or the rig moved since row {} was taken: {}; release the job if that is right, "
                   "or abort it",
@@ -196,14 +179,20 @@ void judge_identity(State& state, Actions& actions, const LookFinding& finding) 
   }
   const std::string problem = checked.problem();
   publish(state, actions, std::move(event));
-  if (!problem.empty()) hold(state, actions, problem + "; put it there, then release the job");
+  if (!problem.empty()) hold_for_person(state, actions, problem + "; put it there, then release the job");
 }
 
 }  // namespace
 
+void hold_for_person(State& state, Actions& actions, const std::string& reason) {
+  JobEntry& entry = *find_job(state, state.job->id);
+  if (entry.hold.empty()) entry.hold = reason;
+  publish_job(state, actions, entry);
+}
+
 void plan_visits(const Setup& setup, State& state, Actions& actions, const JobOpened& opened) {
   ActiveJob& job = *state.job;
-  job.visits = opened.visits;
+  resume_reference_visits(setup, state, opened.visits);
   job.place = opened.place;
   job.reference_due = setup.rig.unattended.reference.has_value();
   job.identity_due = !opened.config->sample_fiducials.empty() && opened.progress.done == 0;
@@ -215,12 +204,12 @@ void plan_visits(const Setup& setup, State& state, Actions& actions, const JobOp
 }
 
 bool visit_comes_first(const Setup& setup, const State& state) {
-  return state.job->visit || state.job->visit_recording || due(setup, state);
+  return state.job->visit || state.job->recording || due(setup, state);
 }
 
 void advance_visit(const Setup& setup, State& state, Actions& actions) {
   ActiveJob& job = *state.job;
-  if (state.motion || state.frame || state.snap || job.visit_recording || state.now < job.not_before) return;
+  if (state.motion || state.frame || state.snap || job.recording || state.now < job.not_before) return;
   if (!job.visit) {
     const auto kind = due(setup, state);
     if (kind) begin(setup, state, actions, *kind);
@@ -295,58 +284,7 @@ void on_look_judged(const Setup& setup, State& state, Actions& actions, const Lo
     visit.stage = stays ? Stage::to_light : Stage::to_move;
     return;
   }
-  scan::VisitRecord now;
-  now.looks = visit.looks;
-  const VisitVerdict verdict =
-      judge_visit(*setup.rig.unattended.reference, job.visits.first, now, job.bad_visits > 0);
-  now.good = verdict.what.empty();
-  now.what = verdict.what;
-  record(state, actions, std::move(now));
-}
-
-void on_visit_recorded(const Setup& setup, State& state, Actions& actions, const VisitRecorded& recorded) {
-  if (!state.job || !state.job->visit_recording || state.job->visits.next != recorded.visit.number) return;
-  ActiveJob& job = *state.job;
-  const machine::ReferenceConfig& config = *setup.rig.unattended.reference;
-  const scan::VisitRecord& visit = recorded.visit;
-  const VisitVerdict verdict = judge_visit(config, job.visits.first, visit, job.bad_visits > 0);
-  settle(job, Kind::reference);
-  job.visit_recording = false;
-  job.visits.next = visit.number + 1;
-  job.visits.poses_since_good = 0;
-  if (!recorded.again.empty()) {
-    job.rows.assign(recorded.pending.begin(), recorded.pending.end());
-    JobEntry& entry = *find_job(state, job.id);
-    entry.done = recorded.progress.done;
-  }
-  protocol::Event event;
-  auto& visited = *event.mutable_reference_visited();
-  visited.set_job(job.id);
-  visited.set_visit(visit.number);
-  visited.set_good(visit.good);
-  visited.set_what(visit.what);
-  visited.set_dark_dn(verdict.dark_dn);
-  visited.set_level(verdict.level);
-  visited.set_unevenness(verdict.unevenness);
-  visited.set_flat_level(verdict.flat_level);
-  visited.set_flat_unevenness(verdict.flat_unevenness);
-  visited.set_poses_again(static_cast<std::uint32_t>(recorded.again.size()));
-  publish(state, actions, std::move(event));
-  if (visit.good) {
-    job.bad_visits = 0;
-    job.visits.last_good = state.now;  // the journal's may be later, where the clock was set back
-    if (!job.visits.first || find_job(state, job.id)->done == 0) job.visits.first = visit;
-    return;
-  }
-  job.reference_due = true;
-  // No pose depends on the first one any more: whatever is put right begins anew.
-  if (find_job(state, job.id)->done == 0) job.visits.first.reset();
-  if (++job.bad_visits >= config.attempts) {
-    job.bad_visits = 0;
-    hold(state, actions, visit.what);
-    return;
-  }
-  job.bad_visit = BadVisit{verdict.room_dark, visit.what, state.now + seconds(config.again_s)};
+  judge_reference_visit(setup, state, actions);
 }
 
 void end_pause_after_bad_visit(State& state) {

@@ -23,7 +23,9 @@ void on_visit_motion_end(const Setup& setup, State& state, Actions& actions, con
 void on_visit_frame(const Setup& setup, State& state, Actions& actions, const FrameFetched& fetched);
 void on_visit_frame_refused(State& state, Actions& actions, const std::string& reason);
 void on_look_judged(const Setup& setup, State& state, Actions& actions, const LookJudged& judged);
-void on_visit_recorded(const Setup& setup, State& state, Actions& actions, const VisitRecorded& recorded);
+
+/// The job waits for a person, who has seen for himself when he releases it.
+void hold_for_person(State& state, Actions& actions, const std::string& reason);
 
 /// After a bad visit and its pause another one is due, and what the bad one suspended is released.
 void end_pause_after_bad_visit(State& state);

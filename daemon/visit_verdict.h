@@ -1,4 +1,4 @@
-// Whether a reference visit is good: a pure comparison with the scan's first one.
+// Whether a reference visit agrees with another one, such as the scan's first: a pure comparison.
 #pragma once
 
 #include <optional>

@@ -45,10 +45,10 @@ std::string visits_text(const Report& report) {
   if (report.visits().empty()) return {};
   Range patches;
   Range flat;
-  std::string bad;
+  std::string told;
   for (const auto& visit : report.visits()) {
-    if (!visit.good())
-      bad += fmt::format("  {}  visit {}: {}\n", clock_time(visit.time_us()), visit.visit(), visit.what());
+    if (!visit.what().empty())
+      told += fmt::format("  {}  visit {}: {}\n", clock_time(visit.time_us()), visit.visit(), visit.what());
     if (!visit.good()) continue;
     patches.add(visit.level());
     flat.add(visit.flat_level());
@@ -57,7 +57,7 @@ std::string visits_text(const Report& report) {
   if (patches.most > 0)
     out += fmt::format("; the patches between {:.4f} and {:.4f} of the first", patches.least, patches.most);
   if (flat.most > 0) out += fmt::format(", the flat between {:.4f} and {:.4f}", flat.least, flat.most);
-  return out + "\n" + bad;
+  return out + "\n" + told;
 }
 
 }  // namespace

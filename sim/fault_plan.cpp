@@ -57,7 +57,7 @@ const std::array<Kind, 19>& kinds() {
        Unit::one,
        std::nullopt,
        {-1, 1}},
-      {"clock-step", FaultKind::clock_step, &kLinesDevice, "by_s", Unit::seconds, std::nullopt, {0, 1e9}},
+      {"clock-step", FaultKind::clock_step, &kLinesDevice, "by_s", Unit::seconds, std::nullopt, {-1e9, 1e9}},
       {"disk-full", FaultKind::disk_full, &kLinesDevice, "by_s", Unit::seconds, 1.0, {0, 1e6}},
   }};
   return all;

@@ -29,7 +29,7 @@ enum class FaultKind {
   light_fails,       ///< the lamp goes out and says so
   light_drift,       ///< the light depends on the angles that were asked for
   light_excursion,   ///< the light gives more or less than its level
-  clock_step,        ///< time jumps forward
+  clock_step,        ///< time jumps forward, or the machine's clock is set back
   disk_full,         ///< no file grows
 };
 

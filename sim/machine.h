@@ -91,6 +91,8 @@ class Machine {
   [[nodiscard]] std::array<bool, 2> pressed_switches(std::size_t axis) const;
   /// Before an axis is sent elsewhere: what it presses here counts at the next reading.
   void note_switches(std::size_t axis);
+  /// A fault's: the clock forward now, or the machine's back, which the next process finds.
+  void step_clock(double by_s);
   void fill_disk();
   void save();
 
@@ -112,6 +114,7 @@ class Machine {
   bool lamp_failed_ = false;
   std::optional<SizeLimit> disk_full_;
   std::int64_t disk_full_until_ns_ = 0;
+  std::int64_t set_back_ns_ = 0;  // the machine's clock, since this process began
 };
 
 }  // namespace rig::sim

@@ -10,7 +10,6 @@
 #include "core/base/files.h"
 #include "core/base/progress.h"
 #include "core/base/units.h"
-#include "core/machine/exposure_bounds.h"
 #include "core/machine/kinematics.h"
 #include "core/machine/pose_order.h"
 
@@ -86,9 +85,8 @@ base::Result<Plan> make_plan(const machine::RigConfig& rig, const PlanRequest& r
     plan.pairs.push_back(choice->pairs[i]);
     if (!sees_whole_sample(rig, choice->poses[i])) ++plan.cut_off;
   }
-  plan.motion_s = tour.travel_s;
-  for (const JointAngles& pose : plan.job.poses)
-    plan.exposure_s += machine::longest_bracket_s(rig, request.exposure, pose);
+  // What only the drivers know is left out: readouts, and whether there is no shutter for a dark frame.
+  plan.course = machine::foresee(rig, {}, plan.job, home);
   plan.warm_up_s = rig.light.warm_up_s;
   if (auto ok = machine::check_job(rig, plan.job); !ok) return base::pass(ok);
   return plan;
@@ -110,11 +108,17 @@ std::string summary(const PlanRequest& request, const Plan& plan) {
   if (plan.cut_off > 0) {
     out += fmt::format("warning: in {} poses the camera does not see the whole sample\n", plan.cut_off);
   }
+  const machine::JobCourse& course = plan.course;
+  if (!course.unproven.empty()) {
+    out += fmt::format("warning: no reference visit can follow the last pose: {}\n", course.unproven);
+  }
   out += fmt::format(
-      "estimated {}: {} moving, {} exposing, {} warming up the light; transfer of frames not counted\n",
-      base::format_duration(plan.motion_s + plan.exposure_s + plan.warm_up_s),
-      base::format_duration(plan.motion_s), base::format_duration(plan.exposure_s),
-      base::format_duration(plan.warm_up_s));
+      "estimated {}: {} moving, {} exposing, {} warming up the light; {} reference visits are in it, "
+      "transfer "
+      "of frames, homing and a cool-down of the lamp are not\n",
+      base::format_duration(course.duration_s + plan.warm_up_s), base::format_duration(course.travel_s),
+      base::format_duration(course.exposing_s), base::format_duration(plan.warm_up_s),
+      course.visits == 0 ? "no" : std::to_string(course.visits));
   out += "polar angle, deg   0-10  10-20  20-30  30-40  40-50  50-60  60-70  70-80  80-90\n";
   out += histogram("   light", plan.pairs, &IsotropicPair::incident_rad);
   out += histogram("   view", plan.pairs, &IsotropicPair::exitant_rad);

@@ -10,6 +10,7 @@
 #include "clients/plan/pose_choice.h"
 #include "core/base/result.h"
 #include "core/machine/job_config.h"
+#include "core/machine/job_course.h"
 #include "core/machine/rig_config.h"
 
 namespace rig::plan {
@@ -29,8 +30,7 @@ struct Plan {
   std::size_t walked = 0, too_steep = 0, kept_out = 0;  ///< as in Choice
   std::size_t unreachable = 0;  ///< poses left out because no allowed move leads to them
   std::size_t cut_off = 0;      ///< poses in which the camera does not see the whole sample
-  double motion_s = 0;          ///< from home through all poses, with settling
-  double exposure_s = 0;        ///< all exposures, the longest bracket assumed
+  machine::JobCourse course;    ///< from home, as rigd goes: with the reference visits of rig.toml
   double warm_up_s = 0;
 };
 

@@ -187,7 +187,9 @@ class Watch {
     } else if (event.has_reference_visited()) {
       const auto& visited = event.reference_visited();
       std::string found = fmt::format("{}; {} poses are queued again", visited.what(), visited.poses_again());
-      if (visited.good()) {
+      if (!visited.good() && visited.what().empty()) {
+        found = "the first, it is made again";
+      } else if (visited.good() && visited.what().empty()) {
         found = fmt::format("good, the patches have {:.4f} of their first radiance", visited.level());
         if (visited.flat_level() > 0) found += fmt::format(", the flat {:.4f} of its", visited.flat_level());
       }

@@ -1,14 +1,22 @@
 #include "core/base/folder_lock.h"
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <thread>
 #include <unistd.h>
 #include <utility>
 
 namespace rig::base {
+
+namespace {
+
+constexpr std::chrono::milliseconds kPatience{1000}, kLookAgain{5};
+
+}  // namespace
 
 Result<FolderLock> FolderLock::take(const std::filesystem::path& folder, const char* file,
                                     const Taken& taken) {
@@ -21,8 +29,14 @@ Result<FolderLock> FolderLock::take(const std::filesystem::path& folder, const c
   if (fd < 0)
     return fail(ErrorCode::io, fmt::format("cannot make the lock: {}", std::strerror(errno)), path.string());
   FolderLock lock(fd);
-  if (::flock(fd, LOCK_EX | LOCK_NB) != 0)
-    return fail(ErrorCode::busy, taken.what, folder.string(), taken.hint);
+  // A process that was killed while it started another leaves its lock to that one until it runs its own
+  // program.
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  while (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    if (std::chrono::steady_clock::now() >= end)
+      return fail(ErrorCode::busy, taken.what, folder.string(), taken.hint);
+    std::this_thread::sleep_for(kLookAgain);
+  }
   return lock;
 }
 

@@ -16,8 +16,8 @@ class FolderLock {
     std::string what;
     std::string hint;
   };
-  /// Makes the folder if needed. Busy, as `taken` says, where another process has it; io where the folder or
-  /// the file cannot be made.
+  /// Makes the folder if needed. Busy, as `taken` says, where another process has it for longer than a
+  /// second; io where the folder or the file cannot be made.
   [[nodiscard]] static Result<FolderLock> take(const std::filesystem::path& folder, const char* file,
                                                const Taken& taken);
   FolderLock(FolderLock&& other) noexcept;

@@ -321,7 +321,7 @@ Result<std::int64_t> last_good_ns(const Database& database) {
 
 }  // namespace
 
-Result<std::vector<std::int64_t>> Journal::record_visit(const VisitRecord& visit, bool retake,
+Result<std::vector<std::int64_t>> Journal::record_visit(const VisitRecord& visit, Retake retake,
                                                         const std::vector<EventRecord>& events) {
   const Database& db = state_->database;
   std::vector<std::int64_t> again;
@@ -329,9 +329,9 @@ Result<std::vector<std::int64_t>> Journal::record_visit(const VisitRecord& visit
     const auto good = last_good_ns(db);
     if (!good) return pass(good);
     if (auto inserted = insert_visit(db, visit); !inserted) return inserted;
-    if (retake) {
+    if (retake != Retake::none) {
       auto query = db.prepare("SELECT row FROM poses WHERE committed_ns > ? ORDER BY row");
-      if (query) query->bind(1, *good);
+      if (query) query->bind(1, retake == Retake::all ? std::int64_t{-1} : *good);
       auto read = for_each(std::move(query), [&](const Statement& s) { again.push_back(s.integer(0)); });
       if (!read) return read;
     }
@@ -373,8 +373,16 @@ Result<VisitsSoFar> Journal::visits_so_far() const {
   VisitsSoFar so_far;
   for (const VisitRecord& visit : *all) {
     so_far.next = visit.number + 1;
-    if (!visit.good) continue;
-    if (any && visit.when < begun) so_far.first = visit;
+    if (!visit.good) {
+      so_far.since_good.push_back(visit);
+      continue;
+    }
+    so_far.since_good.clear();
+    if (!so_far.first || !any || visit.when < begun) {
+      so_far.first = visit;
+      so_far.agreed = 0;
+    }
+    ++so_far.agreed;
     so_far.last_good = std::max(so_far.last_good, visit.when);
   }
   auto query = state_->database.prepare("SELECT count(*) FROM poses WHERE committed_ns > ?");

@@ -96,9 +96,8 @@ class Journal {
                                                const std::vector<EventRecord>& events);
   [[nodiscard]] base::Result<void> record_failure(std::int64_t row, const std::string& reason, bool abandon,
                                                   const std::vector<EventRecord>& events);
-  /// `retake`: the poses that were committed after the last good visit are pending again; their rows are
-  /// returned, and the caller removes their frames.
-  [[nodiscard]] base::Result<std::vector<std::int64_t>> record_visit(const VisitRecord& visit, bool retake,
+  /// The rows of the poses that are pending again are returned, and the caller removes their frames.
+  [[nodiscard]] base::Result<std::vector<std::int64_t>> record_visit(const VisitRecord& visit, Retake retake,
                                                                      const std::vector<EventRecord>& events);
   [[nodiscard]] base::Result<std::vector<VisitRecord>> visits() const;
   /// The latest time that a commit or a visit has. What is proven by which visit is told by these times: a

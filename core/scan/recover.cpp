@@ -237,7 +237,7 @@ Result<std::vector<RecoveredVisit>> recover_visits(const fs::path& scan, const S
     }
     if (visit) {
       recovered.frames = static_cast<int>(visit->looks.size());
-      if (auto ok = journal.record_visit(*visit, false, {}); !ok) return pass(ok);
+      if (auto ok = journal.record_visit(*visit, Retake::none, {}); !ok) return pass(ok);
     } else {
       recovered.reason = visit.error().text();
     }

@@ -30,18 +30,27 @@ struct VisitRecord {
   std::int64_t number = 0;  ///< from 0
   base::Time when{};
   bool good = false;
-  std::string what;  ///< what is wrong; empty where it is good
+  /// What is wrong. Of a good one: why the scan was begun anew with it. Empty where it is not good: unproven,
+  /// nothing is wrong with it, but there was none yet to compare it with.
+  std::string what;
   std::vector<LookRecord> looks;
+
+  [[nodiscard]] bool unproven() const { return !good && what.empty(); }
 };
+
+/// Which committed poses a visit makes pending again.
+enum class Retake { none, since_good, all };
 
 /// What a job that goes on has to know of the visits so far.
 struct VisitsSoFar {
   std::int64_t next = 0;  ///< number of the next one
-  /// What all others are compared with: the last good one before the first pose that is committed. None where
-  /// no pose is: the next visit begins anew.
+  /// The standard, which all others are compared with: the last good one before the first pose that is
+  /// committed, or the first good one, where a pose came before it. None: there is no good one.
   std::optional<VisitRecord> first;
-  base::Time last_good{};             ///< epoch of the clock: none
-  std::int64_t poses_since_good = 0;  ///< committed after it
+  int agreed = 0;                       ///< good ones from `first` on
+  std::vector<VisitRecord> since_good;  ///< those after the last good one
+  base::Time last_good{};               ///< epoch of the clock: none
+  std::int64_t poses_since_good = 0;    ///< committed after it
 };
 
 /// Names of what is inside; no I/O.

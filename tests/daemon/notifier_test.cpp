@@ -52,9 +52,21 @@ TEST(Notifier, TellsWhatIsQueuedBeforeItEnds) {
   EXPECT_EQ(base::read_file(out).value(), "suspended\ncomplete\n");
 }
 
-TEST(Notifier, WithoutACommandNothingHappens) {
+TEST(Notifier, SaysWhenSomebodyWasTold) {
+  const test::TemporaryFolder folder;
+  const std::string out = folder / "told";
+  std::string heard;
+  Notifier notifier(shell("echo $1 >>" + out + "; exit 3"));
+  notifier.tell("aborted", "", [&] { heard = base::read_file(out).value(); });
+  notifier.finish();
+  EXPECT_EQ(heard, "aborted\n") << "after the program, whatever became of it";
+}
+
+TEST(Notifier, WithoutACommandNothingHappensAndNothingIsLeftToTell) {
   Notifier notifier({});
-  notifier.tell("complete", "");
+  bool told = false;
+  notifier.tell("complete", "", [&] { told = true; });
+  EXPECT_TRUE(told);
 }
 
 }  // namespace

@@ -82,7 +82,7 @@ TEST_P(EveryStrategy, ForeseesARunWithItsVisitsAndACoolDown) {
   const auto flight = check(job);
   ASSERT_TRUE(flight.ok()) << flight.problems(0);
   EXPECT_EQ(flight.warnings_size(), 0);
-  EXPECT_EQ(flight.visits(), 4U);
+  EXPECT_EQ(flight.visits(), 5U);
   const auto begin = model_->now();
   add_job(job);
   run_to_completion();
@@ -94,7 +94,7 @@ TEST_P(EveryStrategy, ForeseesARunWithItsVisitsAndACoolDown) {
               0.01 * flight.frames() * pixels);
   const bool depends_on_frames = job.exposure.strategy == machine::ExposureStrategy::halve ||
                                  job.exposure.strategy == machine::ExposureStrategy::adaptive;
-  EXPECT_EQ(flight.frames(), 8 + 5U * static_cast<unsigned>(machine::most_frames(job.exposure)));
+  EXPECT_EQ(flight.frames(), 10 + 5U * static_cast<unsigned>(machine::most_frames(job.exposure)));
   EXPECT_LE(took_s, 1.15 * flight.duration_s());
   if (depends_on_frames) {
     EXPECT_LE(taken(), flight.frames());
@@ -122,14 +122,14 @@ TEST_F(PreflightTest, VisitsComeByTheClockToo) {
   reference.every_poses = 0;
   reference.every_s = 1e6;
   setup_.rig.unattended.reference = reference;
-  EXPECT_EQ(check(small_job(5)).visits(), 2U);  // the first and the last
+  EXPECT_EQ(check(small_job(5)).visits(), 3U);  // the first, twice, and the last
   reference.every_s = 1;
   setup_.rig.unattended.reference = reference;
-  EXPECT_EQ(check(small_job(5)).visits(), 4U);  // after each pose that finds another one committed
+  EXPECT_EQ(check(small_job(5)).visits(), 5U);  // and after each pose that finds another one committed
   restart();
   add_job(small_job(5));
   run_to_completion();
-  EXPECT_EQ(actions<RecordVisit>().size(), 4U);
+  EXPECT_EQ(actions<RecordVisit>().size(), 5U);
 }
 
 TEST_F(PreflightTest, WarnsOfAReferenceThatCannotBeReached) {

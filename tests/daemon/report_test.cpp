@@ -144,5 +144,33 @@ TEST(Report, IsJsonWithTheNamesOfTheProtocol) {
   EXPECT_NE(json->find("\"it slipped\""), std::string::npos);
 }
 
+scan::VisitRecord visited(std::int64_t number, bool good, const std::string& what, double patch) {
+  return {number,
+          base::Time(seconds(100.0 * static_cast<double>(number))),
+          good,
+          what,
+          {{"patches", "", 0.02, {}, "", {patch}}}};
+}
+
+// The first is no bad one, and drift is told of the light that the frames are of.
+TEST(Report, TellsOfVisitsByTheLightThatTheScanIsIn) {
+  const protocol::Report report = make_report(
+      {}, {}, {}, {},
+      {visited(0, false, "", 800), visited(1, true, "", 808), visited(2, false, "too bright", 1000),
+       visited(3, true, "3 visits agree with each other", 1000), visited(4, true, "", 990)});
+  ASSERT_EQ(report.visits_size(), 5);
+  EXPECT_EQ(report.visits(0).level(), 0) << "nothing to compare with";
+  EXPECT_DOUBLE_EQ(report.visits(1).level(), 1);
+  EXPECT_DOUBLE_EQ(report.visits(3).level(), 1);
+  EXPECT_DOUBLE_EQ(report.visits(4).level(), 0.99);
+  const std::string text = protocol::report_text(report);
+  EXPECT_NE(text.find("Reference: 5 visits; the patches between 0.9900 and 1.0000 of the first"),
+            std::string::npos)
+      << text;
+  EXPECT_EQ(text.find("visit 0:"), std::string::npos) << text;
+  EXPECT_NE(text.find("visit 2: too bright"), std::string::npos) << text;
+  EXPECT_NE(text.find("visit 3: 3 visits agree with each other"), std::string::npos) << text;
+}
+
 }  // namespace
 }  // namespace rig::daemon

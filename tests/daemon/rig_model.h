@@ -109,6 +109,8 @@ class RigModel {
   void check_request_books();
   void look_at(const Action& action);
   void carry_out(const Action& action);
+  bool to_device(const Action& action);
+  bool to_client(const Action& action);
   void on_channel(Channel channel, Task task, int axis = -1);
   void answer(What what);
   bool lost(const std::string& device);

@@ -87,6 +87,36 @@ TEST(StateDb, RemembersEverything) {
   EXPECT_EQ(db->stopped().value(), "");
 }
 
+TEST(StateDb, KnowsWhoseReportIsDue) {
+  const test::TemporaryFolder folder;
+  {
+    auto db = StateDb::open(folder.path());
+    ASSERT_TRUE(db.has_value()) << db.error().text();
+    JobEntry job = some_job(1);
+    for (const auto state : {JobEntry::State::active, JobEntry::State::aborted}) {
+      EXPECT_TRUE(db->reports_due()->empty());
+      job.state = state;
+      ASSERT_TRUE(db->save_job(job).has_value());
+    }
+    ASSERT_TRUE(db->save_job(some_job(2)).has_value());  // failed
+    // Of a complete one it is noted before it is saved as such.
+    JobEntry third = some_job(3);
+    third.state = JobEntry::State::active;
+    ASSERT_TRUE(db->save_job(third).has_value());
+    ASSERT_TRUE(db->note_report_due(3).has_value());
+  }
+  auto db = StateDb::open(folder.path());
+  ASSERT_TRUE(db.has_value()) << db.error().text();
+  EXPECT_EQ(db->reports_due().value(), (std::vector<std::uint64_t>{1, 2}));
+  JobEntry third = some_job(3);
+  third.state = JobEntry::State::complete;
+  ASSERT_TRUE(db->save_job(third).has_value());
+  EXPECT_EQ(db->reports_due().value(), (std::vector<std::uint64_t>{1, 2, 3}));
+  ASSERT_TRUE(db->forget_report_due(2).has_value());
+  ASSERT_TRUE(db->save_job(some_job(2)).has_value());  // as it was: nothing new is due
+  EXPECT_EQ(db->reports_due().value(), (std::vector<std::uint64_t>{1, 3}));
+}
+
 TEST(StateDb, OpensWhatItsMakerLeftUnfinished) {
   const test::TemporaryFolder folder;
   test::put_bytes(folder / "state.sqlite", "");  // died between making the file and its tables

@@ -235,7 +235,7 @@ std::string where_it_hangs(const State& state) {
   const ActiveJob& job = *state.job;
   text += fmt::format(", phase {}, {} rows, current {}, storing {}, resting {}, recording {}, visits bad {}",
                       static_cast<int>(job.phase), job.rows.size(), job.current.has_value(),
-                      job.storing.has_value(), job.resting, job.visit_recording, job.bad_visits);
+                      job.storing.has_value(), job.resting, job.recording.has_value(), job.bad_visits);
   if (job.visit)
     text += fmt::format(", visit {} at stage {}", static_cast<int>(job.visit->kind),
                         static_cast<int>(job.visit->stage));
@@ -317,7 +317,7 @@ TEST(StepFromRandomStates, KeepsItsPromises) {
     run(true, 3000, [&] { return all_jobs_ended(model.state()); });
     switches_in_the_way = false;
     place_switches(random, setup, model, false);
-    run(true, 60000, [&] {  // looks at limit lines are steps, too
+    run(true, 200000, [&] {  // looks at limit lines are steps, too
       return all_jobs_ended(model.state()) && !model.state().motion && !model.state().snap && model.idle();
     });
     ASSERT_TRUE(model.broken().empty()) << "round " << round << ", " << model.broken().front();

@@ -1,7 +1,7 @@
 // Reference visits, the check of the sample's place, and the sample's identity.
 #include <gmock/gmock.h>
 
-#include "daemon/visit_verdict.h"
+#include "daemon/visit_standard.h"
 #include "tests/daemon/job_fixture.h"
 
 namespace rig::daemon::testing {
@@ -34,9 +34,13 @@ class VisitTest : public JobTest {
 TEST_F(VisitTest, AreMadeAtTheStartOnScheduleAndAtTheEnd) {
   add_job(small_job(5));
   run_to_completion();
-  // Before the first pose, after two, after four, and for the fifth.
-  ASSERT_EQ(visits().size(), 4U);
-  for (const auto& visit : visits()) EXPECT_TRUE(visit.good()) << visit.what();
+  // Twice before the first pose, after two, after four, and for the fifth.
+  ASSERT_EQ(visits().size(), 5U);
+  EXPECT_FALSE(visits()[0].good()) << "there is nothing that it agrees with";
+  for (const auto& visit : visits()) {
+    EXPECT_EQ(visit.good(), visit.visit() > 0);
+    EXPECT_EQ(visit.what(), "");
+  }
   EXPECT_EQ(commits(), 5U);
   EXPECT_THAT(suspensions(), IsEmpty());
 }
@@ -45,7 +49,7 @@ TEST_F(VisitTest, TakeADarkFrameWithTheShutterShutAndOneOfThePatches) {
   add_job(small_job(1));
   run_to_completion();
   const auto looks = actions<JudgeLook>();
-  ASSERT_EQ(looks.size(), 4U);
+  ASSERT_EQ(looks.size(), 6U);
   EXPECT_EQ(looks[0].name, "dark");
   EXPECT_EQ(looks[1].name, "patches");
   EXPECT_DOUBLE_EQ(looks[0].info.exposure_s, some_reference().dark_exposure_s);
@@ -59,8 +63,8 @@ TEST_F(VisitTest, TakeAFlatAtItsOwnPose) {
   add_job(small_job(1));
   run_to_completion();
   const auto looks = actions<JudgeLook>();
-  ASSERT_EQ(looks.size(), 6U);
-  for (const std::size_t first : {0U, 3U}) {
+  ASSERT_EQ(looks.size(), 9U);
+  for (const std::size_t first : {0U, 3U, 6U}) {
     EXPECT_EQ(looks[first].name, "dark");
     EXPECT_EQ(looks[first + 1].name, "patches");
     EXPECT_EQ(looks[first + 2].name, "flat");
@@ -70,9 +74,10 @@ TEST_F(VisitTest, TakeAFlatAtItsOwnPose) {
       EXPECT_NEAR(looks[first + 2].readback_rad[i], flat.pose_rad[i], 1e-3);
     }
   }
-  ASSERT_EQ(visits().size(), 2U);
+  ASSERT_EQ(visits().size(), 3U);
   EXPECT_EQ(visits()[0].flat_level(), 0) << "nothing to compare with";
   EXPECT_DOUBLE_EQ(visits()[1].flat_level(), 1);
+  EXPECT_DOUBLE_EQ(visits()[2].flat_level(), 1);
 }
 
 TEST_F(VisitTest, AFlatThatIsNotAsItWasSuspendsTheJob) {
@@ -123,7 +128,7 @@ TEST_F(VisitTest, ThreeBadOnesWaitForAPerson) {
   run_until([&] { return commits() == 3; });
   model_->patch_dn = 900;
   run_until([&] { return !entry().hold.empty(); });
-  EXPECT_EQ(visits().size(), 5U);  // the first two were good
+  EXPECT_EQ(visits().size(), 6U);  // the first three found nothing wrong
   EXPECT_EQ(entry().done, 2);
   model_->patch_dn = 1000;
   ASSERT_EQ(release(1).outcome(), protocol::DONE);
@@ -185,7 +190,92 @@ TEST_F(VisitTest, AStopInTheMiddleOfOneMakesItAgain) {
   clear.mutable_clear_stop();
   ask(clear);
   run_to_completion();
-  EXPECT_EQ(visits().size(), 2U);
+  EXPECT_EQ(visits().size(), 3U);
+}
+
+TEST_F(VisitTest, AnExcursionOnTheVeryFirstOneIsFoundBeforeAnyPose) {
+  model_->patch_dn = 800;
+  add_job(small_job(5));
+  run_until([&] { return visits().size() == 1; });
+  model_->patch_dn = 1000;
+  run_until([&] { return !suspensions().empty(); });
+  EXPECT_THAT(suspensions(), ElementsAre("+reference"));
+  EXPECT_THAT(visits().back().what(), HasSubstr("it does not agree with the visit before: "));
+  EXPECT_EQ(commits(), 0U);
+  run_to_completion();
+  EXPECT_THAT(suspensions(), ElementsAre("+reference", "-reference"));
+  EXPECT_EQ(commits(), 5U) << "no pose was taken twice";
+  // The excursion's, the one that did not agree, and the five of an undisturbed night without its first.
+  EXPECT_EQ(visits().size(), 6U);
+  for (const auto& visit : visits()) {
+    EXPECT_EQ(visit.good(), visit.visit() >= 2);
+    if (visit.good()) {
+      EXPECT_DOUBLE_EQ(visit.level(), 1);
+    }
+  }
+}
+
+TEST_F(VisitTest, ALightThatNeverAgreesWithItselfWaitsForAPerson) {
+  double level = 1000;
+  add_job(small_job(5));
+  run_until([&] {
+    if (const auto looks = actions<RecordVisit>(); !looks.empty())
+      level = 1000 + 100 * static_cast<double>(looks.size());
+    model_->patch_dn = level;
+    return !entry().hold.empty();
+  });
+  EXPECT_EQ(commits(), 0U);
+  EXPECT_EQ(visits().size(), 4U);
+  ASSERT_EQ(release(1).outcome(), protocol::DONE);
+  run_to_completion();
+  EXPECT_EQ(commits(), 5U);
+}
+
+// Both visits of the beginning fall into one excursion, and so does the one that proves the first poses.
+TEST_F(VisitTest, AStandardOfBadLightIsGivenUpAndEveryPoseTakenAgain) {
+  setup_.rig.unattended.reference->attempts = 5;
+  restart();
+  model_->patch_dn = 800;
+  add_job(small_job(5));
+  run_until([&] { return visits().size() == 3 && commits() == 3; });
+  model_->patch_dn = 1000;
+  run_until([&] { return visits().back().good() && !visits().back().what().empty(); });
+  const auto found = visits().back();
+  // Two visits agreed with the standard, and the one that founded it; four do not.
+  EXPECT_EQ(found.visit(), 6);
+  EXPECT_EQ(found.poses_again(), 2U);
+  EXPECT_THAT(found.what(), HasSubstr("4 visits agree with each other and not with the first"));
+  EXPECT_EQ(entry().done, 0);
+  run_to_completion();
+  EXPECT_EQ(entry().done, 5);
+  EXPECT_DOUBLE_EQ(visits().back().level(), 1);
+  EXPECT_TRUE(entry().hold.empty());
+}
+
+TEST_F(VisitTest, AStandardThatManyVisitsAgreedWithIsLeftToAPerson) {
+  add_job(small_job(5));
+  run_until([&] { return commits() == 4 && visits().size() == 4; });
+  model_->patch_dn = 800;
+  run_until([&] { return !entry().hold.empty(); });
+  EXPECT_GT(entry().done, 0) << "what is proven stays";
+  model_->patch_dn = 1000;
+  ASSERT_EQ(release(1).outcome(), protocol::DONE);
+  run_to_completion();
+}
+
+// Somebody switched the light of the room on and leaves it.
+TEST_F(VisitTest, ARoomThatIsNotDarkNeverBecomesTheStandard) {
+  add_job(small_job(5));
+  run_until([&] { return commits() == 2; });
+  model_->dark_dn = 50;
+  run_until([&] { return !entry().hold.empty(); });
+  EXPECT_THAT(entry().hold, HasSubstr("the room is not dark"));
+  ASSERT_EQ(release(1).outcome(), protocol::DONE);
+  run_until([&] { return entry().hold.empty(); });
+  run_until([&] { return !entry().hold.empty(); });
+  model_->dark_dn = 0;
+  ASSERT_EQ(release(1).outcome(), protocol::DONE);
+  run_to_completion();
 }
 
 TEST_F(VisitTest, OneThatTheKeepOutZonesForbidIsPutOff) {
@@ -306,6 +396,60 @@ TEST(VisitVerdict, KnowsADarkPatchEvenOfTheFirstVisit) {
                         visit_of({std::numeric_limits<double>::quiet_NaN()}, 0), false)
                 .what,
             "");
+}
+
+using Outcome = VisitOutcome::Kind;
+
+scan::VisitRecord visit_at(double minutes, double patch) {
+  auto visit = visit_of({patch}, 0);
+  visit.when = base::Time(base::seconds(60 * minutes));
+  return visit;
+}
+
+// rigd that is started again and again makes a visit each time, all in one excursion.
+TEST(VisitStandard, VisitsInOneExcursionCountOnce) {
+  const machine::ReferenceConfig config = some_reference();
+  const std::optional<scan::VisitRecord> standard = visit_at(0, 1000);
+  std::optional<Rival> rival;
+  constexpr int kAgreed = 2;
+  for (const double minutes : {100.0, 101.0, 102.0, 103.0, 109.9}) {
+    EXPECT_EQ(weigh_visit(config, standard, kAgreed, rival, visit_at(minutes, 800), false).kind,
+              Outcome::bad);
+  }
+  ASSERT_TRUE(rival.has_value());
+  EXPECT_EQ(rival->visits, 1);
+  EXPECT_EQ(weigh_visit(config, standard, kAgreed, rival, visit_at(110, 800), false).kind, Outcome::bad);
+  EXPECT_EQ(weigh_visit(config, standard, kAgreed, rival, visit_at(120, 801), false).kind, Outcome::replaces);
+  EXPECT_FALSE(rival.has_value());
+}
+
+TEST(VisitStandard, OnlyVisitsInSuccessionCount) {
+  const machine::ReferenceConfig config = some_reference();
+  const std::optional<scan::VisitRecord> standard = visit_at(0, 1000);
+  for (const double between : {1000.0, 700.0, 3.0}) {
+    std::optional<Rival> rival;
+    constexpr int kAgreed = 2;
+    double minutes = 100;
+    for (const double patch : {800.0, 800.0, between, 800.0, 800.0}) {
+      EXPECT_NE(weigh_visit(config, standard, kAgreed, rival, visit_at(minutes += 20, patch), false).kind,
+                Outcome::replaces)
+          << between;
+    }
+    EXPECT_EQ(weigh_visit(config, standard, kAgreed, rival, visit_at(minutes + 20, 800), false).kind,
+              Outcome::replaces);
+  }
+}
+
+TEST(VisitStandard, TheRivalIsKnownAgainAfterARestart) {
+  const machine::ReferenceConfig config = some_reference();
+  scan::VisitsSoFar visits;
+  visits.first = visit_at(0, 1000);
+  visits.since_good = {visit_at(100, 600), visit_at(120, 800), visit_at(140, 805), visit_at(141, 800)};
+  const auto rival = rival_of(config, visits, 3);
+  ASSERT_TRUE(rival.has_value());
+  EXPECT_EQ(rival->visits, 2);
+  EXPECT_EQ(rival->first.when, visit_at(120, 0).when);
+  EXPECT_EQ(rival->counted, visit_at(140, 0).when);
 }
 
 }  // namespace

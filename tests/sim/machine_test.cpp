@@ -146,6 +146,40 @@ TEST_F(MachineTest, TheErrorOfATargetIsBoundedAndAlwaysTheSame) {
   EXPECT_NE(true_angle(other, 0, 5, false), true_angle(world_, 0, 5, false));
 }
 
+// What the world remembers goes with the clock: nothing of it lies in the future of the next process.
+TEST(MachineClock, SetBackIsFoundByTheNextProcessAlone) {
+  const test::TemporaryFolder folder;
+  World world = testing::shipped_world();
+  Fault fault;
+  fault.kind = FaultKind::clock_step;
+  fault.amount = -3600;
+  fault.times = 1;
+  world.faults.faults = {fault};
+  const auto open = [&](testing::SetClock& clock) {
+    return *Machine::open(world, clock, folder.path(), testing::no_complaint);
+  };
+  testing::SetClock clock;
+  const base::Time start = clock.now();
+  {
+    auto machine = open(clock);
+    clock.pass(10);
+    ASSERT_TRUE(machine->set_level(1).has_value());
+    clock.pass(7200);
+    EXPECT_FALSE(machine->emergency_stop());
+    EXPECT_EQ(clock.now(), start + base::seconds(7210)) << "time goes on";
+    EXPECT_NEAR(machine->light_state().hours, 2, 1e-9);
+    clock.pass(3600);
+    EXPECT_FALSE(machine->emergency_stop());
+    EXPECT_NEAR(machine->light_state().hours, 3, 1e-9);
+    ASSERT_TRUE(machine->set_level(1).has_value());
+  }
+  world.faults.faults.clear();
+  testing::SetClock next;
+  auto machine = open(next);
+  EXPECT_EQ(next.now(), start + base::seconds(7210));
+  EXPECT_NEAR(machine->light_state().hours, 3, 1e-9);
+}
+
 TEST_F(MachineTest, SameTargetSamePlaceWhateverWasBefore) {
   home_all();
   base::Random random(test::seed(42));

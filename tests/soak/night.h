@@ -32,6 +32,7 @@ struct NightReport {
   int given_back = 0;                   ///< poses that a bad visit made pending again, as far as was heard
   int failed_attempts = 0;              ///< of poses, in the journal
   int good_visits = 0, bad_visits = 0;  ///< to the reference patches
+  int unproven_visits = 0;              ///< the first ones, with nothing to compare with
   std::int64_t poses = 0, done = 0, abandoned = 0;
   std::map<std::string, int> reasons;               ///< of stops and suspensions, without their figures
   std::map<std::string, std::string> frame_hashes;  ///< by file

@@ -26,7 +26,7 @@ struct Options {
 struct Total {
   int nights = 0, changed_nights = 0, kills = 0, deaths = 0, stops = 0, failed_attempts = 0;
   int suspensions = 0, restarts = 0, given_back = 0;
-  int good_visits = 0, bad_visits = 0;
+  int good_visits = 0, bad_visits = 0, unproven_visits = 0;
   std::int64_t poses = 0, done = 0, abandoned = 0;
   std::size_t frames_compared = 0;
   std::size_t problems = 0;
@@ -93,6 +93,7 @@ base::Result<void> run(const Options& options, Total& total) {
     total.failed_attempts += judged->failed_attempts;
     total.good_visits += judged->good_visits;
     total.bad_visits += judged->bad_visits;
+    total.unproven_visits += judged->unproven_visits;
     total.poses += judged->poses;
     total.done += judged->done;
     total.abandoned += judged->abandoned;
@@ -136,8 +137,9 @@ int main(int argc, char** argv) {
   std::printf("%lld poses: %lld done, %lld abandoned with a reason, %d failed attempts\n",
               static_cast<long long>(total.poses), static_cast<long long>(total.done),
               static_cast<long long>(total.abandoned), total.failed_attempts);
-  std::printf("%d reference visits: %d good, %d bad\n", total.good_visits + total.bad_visits,
-              total.good_visits, total.bad_visits);
+  std::printf("%d reference visits: %d good, %d bad, %d with nothing to compare with yet\n",
+              total.good_visits + total.bad_visits + total.unproven_visits, total.good_visits,
+              total.bad_visits, total.unproven_visits);
   std::printf("%d poses given back by bad visits; the reports tell of %d restarts\n", total.given_back,
               total.restarts);
   std::printf("%d stops latched and cleared, %d suspensions that ended by themselves:\n", total.stops,

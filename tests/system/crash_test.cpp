@@ -124,6 +124,69 @@ TEST(Crash, AtEachKindOfInstantNothingIsLost) {
             std::string::npos);
 }
 
+// Whatever was on the disk when rigd died, the report of an aborted job is there once the next one runs, and
+// somebody was told.
+TEST(Crash, TheReportOfAnAbortedJobIsNeverLost) {
+  TemporaryFolder folder;
+  const std::string job =
+      replaced(tiny_job(), "sample = \"chart\"", "sample = \"chart\"\nneeds_sample_change = true");
+  int late = 0;
+  bool survived = false;
+  for (int n = 1; !survived; ++n) {
+    ASSERT_LT(n, 200) << "every commit of rigd was died at, and more";
+    SCOPED_TRACE(fmt::format("at commit {}", n));
+    const std::filesystem::path told = folder / fmt::format("told-{}", n);
+    RunningRig rig(
+        folder / fmt::format("rig-{}", n),
+        tiny_rig_toml() + fmt::format("\n[notify]\ncommand = [\"/bin/sh\", \"-c\", \"echo $1 >>{}\", "
+                                      "\"notify\"]\n",
+                                      told.string()));
+    ASSERT_NO_FATAL_FAILURE(rig.start());
+    rig.submit(job);
+    ASSERT_EQ(rig.end(SIGTERM), 0) << rig.log();
+    protocol::Request abort;
+    abort.mutable_abort_job()->set_job(1);
+    {
+      const DeathAt death(fmt::format("after-commit:{}", n));
+      Program rigd("rigd",
+                   {"--config", rig.folder() / "rig.toml", "--state", rig.folder() / "state", "--runtime",
+                    rig.folder() / "run"},
+                   rig.folder() / "rigd.log");
+      auto client = protocol::Client::connect("ipc://" + (rig.folder() / "run/operate.sock").string());
+      ASSERT_TRUE(client.has_value()) << client.error().text();
+      // It may die before it answers.
+      bool answered = false;
+      while (!answered && !rigd.ends_within(std::chrono::milliseconds(0)))
+        answered = client->ask(abort, std::chrono::milliseconds(200)).has_value();
+      const int status = rigd.signal(SIGTERM);
+      survived = answered && status == 0;
+      ASSERT_TRUE(survived || status == -SIGKILL) << rig.log();
+    }
+    const bool missing = !std::filesystem::exists(rig.scan() / "report.txt") ||
+                         !std::filesystem::exists(told) ||
+                         bytes_in(told).find("aborted") == std::string::npos;
+    ASSERT_NO_FATAL_FAILURE(rig.start());
+    protocol::Request show;
+    show.mutable_show_job()->set_job(1);
+    const bool was_aborted = rig.expect_done(show).job().state() == protocol::ABORTED;
+    if (was_aborted && missing) ++late;
+    if (!was_aborted) rig.expect_done(abort);
+    EXPECT_EQ(rig.end(SIGTERM), 0) << rig.log();
+    EXPECT_NE(bytes_in(rig.scan() / "report.txt").find("aborted"), std::string::npos);
+    EXPECT_NE(bytes_in(rig.scan() / "report.json").find("ABORTED"), std::string::npos);
+    EXPECT_NE(bytes_in(told).find("aborted"), std::string::npos) << rig.log();
+    EXPECT_FALSE(survived && missing);
+    // And once it is told it stays so.
+    if (survived) {
+      const std::string heard = bytes_in(told);
+      ASSERT_NO_FATAL_FAILURE(rig.start());
+      EXPECT_EQ(rig.end(SIGTERM), 0) << rig.log();
+      EXPECT_EQ(bytes_in(told), heard);
+    }
+  }
+  EXPECT_GT(late, 0) << "no death came between the end of the job and its report";
+}
+
 TEST(Crash, AnAskedEndIsNoCrash) {
   TemporaryFolder folder;
   const std::string job = small_job(folder / "plan");

@@ -372,8 +372,9 @@ TEST_F(PlanFile, SummaryAddsUp) {
   const auto plan = make_plan(rig_, request_);
   ASSERT_TRUE(plan.has_value());
   const double poses = static_cast<double>(plan->job.poses.size());
-  EXPECT_NEAR(plan->exposure_s, 0.1825 * poses, 1e-9);
-  EXPECT_GT(plan->motion_s, 0.3 * poses) << "settling alone";
+  EXPECT_NEAR(plan->course.exposing_s, 0.1825 * poses, 1e-9);
+  EXPECT_GT(plan->course.travel_s, 0.3 * poses) << "settling alone";
+  EXPECT_EQ(plan->course.visits, 0);
   EXPECT_EQ(plan->warm_up_s, 900);
   const std::string text = summary(request_, *plan);
   EXPECT_THAT(text, HasSubstr(fmt::format("{} poses, 20.00 deg apart", plan->job.poses.size())));
@@ -388,11 +389,30 @@ TEST_F(PlanFile, SummaryAddsUp) {
   }
 }
 
+TEST_F(PlanFile, TheReferenceVisitsAreInTheEstimate) {
+  const auto without = make_plan(rig_, request_);
+  auto& reference = rig_.unattended.reference.emplace();
+  reference.pose_rad = {0, base::radians(10.0), 0, base::radians(75.0)};
+  reference.exposure_s = 0.02;
+  reference.dark_exposure_s = 0.5;
+  reference.every_poses = 10;
+  const auto plan = make_plan(rig_, request_);
+  ASSERT_TRUE(without.has_value() && plan.has_value());
+  ASSERT_EQ(plan->job.poses, without->job.poses);
+  // The first twice, one after every tenth pose, and the last.
+  const int visits = 2 + (static_cast<int>(plan->job.poses.size()) - 1) / 10 + 1;
+  EXPECT_EQ(plan->course.visits, visits);
+  EXPECT_NEAR(plan->course.exposing_s - without->course.exposing_s, 0.52 * visits, 1e-9);
+  EXPECT_GT(plan->course.travel_s, without->course.travel_s);
+  EXPECT_THAT(summary(request_, *plan), HasSubstr(fmt::format("; {} reference visits are in it", visits)));
+  EXPECT_THAT(summary(request_, *without), HasSubstr("; no reference visits are in it"));
+}
+
 TEST_F(PlanFile, HalvingCountsTheWholeBracket) {
   request_.exposure = {machine::ExposureStrategy::halve, {}, 0.8, 3, 0};
   const auto plan = make_plan(rig_, request_);
   ASSERT_TRUE(plan.has_value()) << plan.error().text();
-  EXPECT_NEAR(plan->exposure_s, (0.8 + 0.4 + 0.2) * static_cast<double>(plan->job.poses.size()), 1e-9);
+  EXPECT_NEAR(plan->course.exposing_s, (0.8 + 0.4 + 0.2) * static_cast<double>(plan->job.poses.size()), 1e-9);
 }
 
 TEST_F(PlanFile, IsNotReplacedUnasked) {

@@ -187,7 +187,8 @@ base::Result<std::vector<std::int64_t>> visit_at(const fs::path& scan, Journal& 
                   *hash,
                   {1000}}};
   if (auto ok = publish_visit(scan, number); !ok) return base::pass(ok);
-  auto again = journal.record_visit(visit, !good, {some_event(1, static_cast<std::uint64_t>(100 + number))});
+  auto again = journal.record_visit(visit, good ? Retake::none : Retake::since_good,
+                                    {some_event(1, static_cast<std::uint64_t>(100 + number))});
   if (!again) return base::pass(again);
   for (const std::int64_t row : *again) {
     if (auto ok = base::remove_tree(frames_folder(scan, row)); !ok) return base::pass(ok);

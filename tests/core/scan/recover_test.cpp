@@ -136,7 +136,7 @@ VisitRecord take_visit(const fs::path& scan, std::int64_t number, bool good) {
   }
   EXPECT_TRUE(publish_visit(scan, number).has_value());
   auto journal = Journal::open(journal_path(scan));
-  EXPECT_TRUE(journal && journal->record_visit(visit, false, {}));
+  EXPECT_TRUE(journal && journal->record_visit(visit, Retake::none, {}));
   return visit;
 }
 

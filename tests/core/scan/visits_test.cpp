@@ -50,7 +50,7 @@ class Visits : public ::testing::Test {
     ASSERT_TRUE(journal_->commit_pose(pose(row, time_s), {}).has_value());
   }
   std::vector<std::int64_t> record(const VisitRecord& one) {
-    auto again = journal_->record_visit(one, !one.good, {});
+    auto again = journal_->record_visit(one, one.good ? Retake::none : Retake::since_good, {});
     EXPECT_TRUE(again.has_value());
     return again ? *again : std::vector<std::int64_t>{};
   }
@@ -100,7 +100,7 @@ TEST_F(Visits, ThoseSoFarNameTheFirstGoodOneAndWhatIsNotProven) {
   EXPECT_EQ(journal_->visits_so_far()->next, 0);
   record(visit(0, 100, false));
   record(visit(1, 110, true));
-  EXPECT_FALSE(journal_->visits_so_far()->first.has_value()) << "no pose depends on it";
+  EXPECT_EQ(journal_->visits_so_far()->first->number, 1);
   commit(0, 120);
   record(visit(2, 130, true));
   commit(1, 140);
@@ -111,6 +111,45 @@ TEST_F(Visits, ThoseSoFarNameTheFirstGoodOneAndWhatIsNotProven) {
   EXPECT_EQ(so_far->first->number, 1) << "the good one before the first pose";
   EXPECT_EQ(so_far->last_good, base::Time(std::chrono::seconds(130)));
   EXPECT_EQ(so_far->poses_since_good, 1);
+  EXPECT_EQ(so_far->agreed, 2);
+  EXPECT_THAT(so_far->since_good, IsEmpty());
+}
+
+TEST_F(Visits, ThoseSinceTheLastGoodOneAreToldInTheirOrder) {
+  record(visit(0, 100, false));
+  record(visit(1, 110, true));
+  commit(0, 120);
+  for (const int number : {2, 3}) record(visit(number, 110 + 10 * number, false));
+  const auto so_far = journal_->visits_so_far();
+  ASSERT_TRUE(so_far.has_value());
+  ASSERT_EQ(so_far->since_good.size(), 2U);
+  EXPECT_EQ(so_far->since_good[0].number, 2);
+  EXPECT_EQ(so_far->since_good[1].number, 3);
+}
+
+// The rig could not go there before the first pose.
+TEST_F(Visits, WherePosesCameBeforeTheFirstOneItIsTheStandardAllTheSame) {
+  commit(0, 90);
+  record(visit(0, 100, true));
+  record(visit(1, 110, true));
+  const auto so_far = journal_->visits_so_far();
+  ASSERT_TRUE(so_far.has_value() && so_far->first.has_value());
+  EXPECT_EQ(so_far->first->number, 0);
+  EXPECT_EQ(so_far->agreed, 2);
+}
+
+// Whatever was proven in the old light.
+TEST_F(Visits, ANewStandardMakesEveryPosePendingAgain) {
+  record(visit(0, 100, true));
+  commit(0, 110);
+  record(visit(1, 120, true));
+  commit(1, 130);
+  const auto again = journal_->record_visit(visit(2, 140, true), Retake::all, {});
+  ASSERT_TRUE(again.has_value());
+  EXPECT_THAT(*again, ElementsAre(0, 1));
+  EXPECT_EQ(journal_->progress()->done, 0);
+  commit(0, 150);
+  EXPECT_EQ(journal_->visits_so_far()->first->number, 2);
 }
 
 TEST_F(Visits, FramesThatTheJournalDoesNotKnowAreTidiedAway) {

@@ -1,19 +1,23 @@
-#include "daemon/job_course.h"
+#include "core/machine/job_course.h"
 
 #include <algorithm>
 
+#include "core/machine/exposure_bounds.h"
 #include "core/machine/motion.h"
-#include "daemon/reference_looks.h"
-#include "daemon/space.h"
+#include "core/machine/reference_looks.h"
 
-namespace rig::daemon {
+namespace rig::machine {
 
 namespace {
 
 class Walk {
  public:
-  Walk(const Setup& setup, const machine::JobConfig& job, const JointAngles& start)
-      : setup_(setup), job_(job), looks_(reference_looks(setup)), at_(start) {}
+  Walk(const RigConfig& rig, const CourseDevices& devices, const JobConfig& job, const JointAngles& start)
+      : rig_(rig),
+        devices_(devices),
+        job_(job),
+        looks_(reference_looks(rig, devices.has_shutter)),
+        at_(start) {}
 
   JobCourse go() {
     if (!looks_.empty()) begin();
@@ -30,8 +34,8 @@ class Walk {
   void begin() {
     const JointAngles* first = job_.poses.empty() ? nullptr : &job_.poses.front();
     if (!job_.sample_fiducials.empty()) {
-      const Look identity = identity_look(setup_);
-      course_.unidentified = why_unreachable(setup_, at_, {identity}, first);
+      const Look identity = identity_look(rig_);
+      course_.unidentified = why_unreachable(rig_, at_, {identity}, first);
       if (course_.unidentified.empty()) look_at(identity);
     }
     visit(first);
@@ -39,13 +43,13 @@ class Walk {
 
   void take(const JointAngles& pose) {
     move_to(pose);
-    spend_exposing(bracket_s(setup_, job_.exposure, pose));
+    spend_exposing(bracket_s(rig_, devices_.readout_s, job_.exposure, pose));
     reading_out_ = true;
     ++poses_since_;
   }
 
   [[nodiscard]] bool visit_is_due() const {
-    const machine::ReferenceConfig& reference = *setup_.rig.unattended.reference;
+    const ReferenceConfig& reference = *rig_.unattended.reference;
     // The clock asks for a visit where a pose is committed; the one just exposed is not yet.
     const bool by_clock =
         reference.every_s > 0 && poses_since_ > 1 && course_.duration_s - visited_s_ >= reference.every_s;
@@ -53,15 +57,18 @@ class Walk {
   }
 
   void visit(const JointAngles* next) {
-    const std::string why = why_unreachable(setup_, at_, looks_, next);
+    const std::string why = why_unreachable(rig_, at_, looks_, next);
     put_off_ = !why.empty();
     if (put_off_) {
       if (next == nullptr) course_.unproven = why;
       return;
     }
     wait_for_readout();
-    for (const Look& look : looks_) look_at(look);
-    ++course_.visits;
+    const int times = course_.visits == 0 ? 2 : 1;  // the first is repeated
+    for (int i = 0; i < times; ++i) {
+      for (const Look& look : looks_) look_at(look);
+    }
+    course_.visits += times;
     poses_since_ = 0;
     visited_s_ = course_.duration_s;
   }
@@ -75,11 +82,11 @@ class Walk {
   }
 
   void move_to(const JointAngles& pose) {
-    const double change = machine::pose_change_time_s(setup_.rig, at_, pose);
+    const double change = pose_change_time_s(rig_, at_, pose);
     course_.travel_s += change;
-    if (reading_out_ && setup_.camera.overlaps_motion) {
-      course_.exposing_s += setup_.camera.readout_s;
-      course_.duration_s += std::max(change, setup_.camera.readout_s);
+    if (reading_out_ && devices_.overlaps_motion) {
+      course_.exposing_s += devices_.readout_s;
+      course_.duration_s += std::max(change, devices_.readout_s);
       reading_out_ = false;
     } else {
       wait_for_readout();
@@ -89,7 +96,7 @@ class Walk {
   }
 
   void wait_for_readout() {
-    if (reading_out_) spend_exposing(setup_.camera.readout_s);
+    if (reading_out_) spend_exposing(devices_.readout_s);
     reading_out_ = false;
   }
 
@@ -98,8 +105,9 @@ class Walk {
     course_.duration_s += duration_s;
   }
 
-  const Setup& setup_;
-  const machine::JobConfig& job_;
+  const RigConfig& rig_;
+  const CourseDevices& devices_;
+  const JobConfig& job_;
   const std::vector<Look> looks_;
   JointAngles at_;
   bool reading_out_ = false;  // the last frame of a pose
@@ -111,8 +119,14 @@ class Walk {
 
 }  // namespace
 
-JobCourse foresee(const Setup& setup, const machine::JobConfig& job, const JointAngles& start) {
-  return Walk(setup, job, start).go();
+JobCourse foresee(const RigConfig& rig, const CourseDevices& devices, const JobConfig& job,
+                  const JointAngles& start) {
+  return Walk(rig, devices, job, start).go();
 }
 
-}  // namespace rig::daemon
+double bracket_s(const RigConfig& rig, double readout_s, const ExposureConfig& exposure,
+                 const JointAngles& pose) {
+  return longest_bracket_s(rig, exposure, pose) + (most_frames(exposure) - 1) * readout_s;
+}
+
+}  // namespace rig::machine
