@@ -113,9 +113,8 @@ std::string summary(const PlanRequest& request, const Plan& plan) {
     out += fmt::format("warning: no reference visit can follow the last pose: {}\n", course.unproven);
   }
   out += fmt::format(
-      "estimated {}: {} moving, {} exposing, {} warming up the light; {} reference visits are in it, "
-      "transfer "
-      "of frames, homing and a cool-down of the lamp are not\n",
+      "estimated {}: {} moving, {} exposing, {} warming up the light, with {} reference visits; "
+      "without transfer of frames, homing and cooling down\n",
       base::format_duration(course.duration_s + plan.warm_up_s), base::format_duration(course.travel_s),
       base::format_duration(course.exposing_s), base::format_duration(plan.warm_up_s),
       course.visits == 0 ? "no" : std::to_string(course.visits));

@@ -404,8 +404,8 @@ TEST_F(PlanFile, TheReferenceVisitsAreInTheEstimate) {
   EXPECT_EQ(plan->course.visits, visits);
   EXPECT_NEAR(plan->course.exposing_s - without->course.exposing_s, 0.52 * visits, 1e-9);
   EXPECT_GT(plan->course.travel_s, without->course.travel_s);
-  EXPECT_THAT(summary(request_, *plan), HasSubstr(fmt::format("; {} reference visits are in it", visits)));
-  EXPECT_THAT(summary(request_, *without), HasSubstr("; no reference visits are in it"));
+  EXPECT_THAT(summary(request_, *plan), HasSubstr(fmt::format(", with {} reference visits;", visits)));
+  EXPECT_THAT(summary(request_, *without), HasSubstr(", with no reference visits;"));
 }
 
 TEST_F(PlanFile, HalvingCountsTheWholeBracket) {
