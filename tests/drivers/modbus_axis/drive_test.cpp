@@ -209,6 +209,7 @@ TEST_F(Leadshine, AFastReadingAfterTheStartIsNotTheMoveBefore) {
     EXPECT_NEAR(end.position_rad, radians(target), 1e-9);
     EXPECT_FALSE(slow.moving());
   }
+  close();  // before `slow`
 }
 
 TEST_F(Leadshine, TakesAMomentToBeEnabled) {
@@ -228,6 +229,7 @@ TEST_F(Leadshine, TakesAMomentToBeEnabled) {
   done(axis().enable(true), "enable");
   EXPECT_LT(std::chrono::steady_clock::now() - began, milliseconds(1000));
   EXPECT_FALSE(state_of(axis()).enabled);
+  close();  // before `slow`
 }
 
 TEST_F(Leadshine, AStopIsOneWrite) {
