@@ -46,6 +46,7 @@ Result<int> input_with(const std::string& text) {
 // A group of its own, so that it can be ended with all that it started; no signal of rigd's is blocked in it.
 Result<pid_t> spawn(const std::vector<std::string>& command, int input) {
   std::vector<char*> argv;
+  argv.reserve(command.size() + 1);
   for (const std::string& argument : command) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   posix_spawnattr_t attributes;

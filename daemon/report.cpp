@@ -47,6 +47,7 @@ std::vector<protocol::Event> events_of_job(const std::vector<scan::EventRecord>&
     if (mine) sorted[{record.epoch, record.number}] = std::move(event);
   }
   std::vector<protocol::Event> events;
+  events.reserve(sorted.size());
   for (auto& [key, event] : sorted) events.push_back(std::move(event));
   return events;
 }

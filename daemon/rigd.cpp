@@ -23,8 +23,6 @@
 namespace rig::daemon {
 
 namespace fs = std::filesystem;
-using base::ErrorCode;
-using base::fail;
 using base::pass;
 using base::Result;
 
@@ -53,7 +51,8 @@ class SignalThread {
   SignalThread(const SignalThread&) = delete;
   SignalThread& operator=(const SignalThread&) = delete;
   ~SignalThread() {
-    ::pthread_kill(thread_.native_handle(), SIGTERM);  // where the loop ended by itself
+    // Where the loop ended by itself. The thread waits for the signal; none is ended by it.
+    ::pthread_kill(thread_.native_handle(), SIGTERM);  // NOLINT(bugprone-bad-signal-to-kill-thread)
     thread_.join();
   }
 

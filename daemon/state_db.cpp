@@ -162,7 +162,7 @@ Result<void> StateDb::add_event(const scan::EventRecord& event) {
     insert->bind(3, event.time.time_since_epoch().count()).bind_blob(4, event.payload);
     return insert->run();
   };
-  const auto done = write();
+  auto done = write();
   if (auto strict = database_.execute("PRAGMA synchronous = FULL"); !strict) return strict;
   return done;
 }

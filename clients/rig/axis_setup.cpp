@@ -127,10 +127,10 @@ class AxisSetup {
     bool there = false;
     return show_direction([this, there]() mutable -> Result<bool> {
       if (there) {
-        const auto back = drive_.jog(-options_.jog_deg);
+        auto back = drive_.jog(-options_.jog_deg);
         if (!back || !*back) return back;
       }
-      const auto moved = drive_.jog(options_.jog_deg);
+      auto moved = drive_.jog(options_.jog_deg);
       there = there || (moved && *moved);
       return moved;
     });

@@ -9,8 +9,7 @@ std::vector<Look> reference_looks(const RigConfig& rig, bool has_shutter) {
   if (!reference) return {};
   std::vector<Look> looks;
   // A lamp without a shutter would have to be put out, and lit again while it is hot.
-  if (has_shutter)
-    looks.push_back({"dark", reference->pose_rad, reference->dark_exposure_s, false});
+  if (has_shutter) looks.push_back({"dark", reference->pose_rad, reference->dark_exposure_s, false});
   looks.push_back({"patches", reference->pose_rad, reference->exposure_s, true});
   if (reference->flat)
     looks.push_back({"flat", reference->flat->pose_rad, reference->flat->exposure_s, true});

@@ -16,7 +16,8 @@ struct Look {
   bool lit;
 };
 
-/// Of each reference visit, in their order. Empty where rig.toml has no [reference]. `has_shutter`: the light.
+/// Of each reference visit, in their order. Empty where rig.toml has no [reference]. `has_shutter`: the
+/// light.
 [[nodiscard]] std::vector<Look> reference_looks(const RigConfig& rig, bool has_shutter);
 
 /// The frame in which the fiducials of a job's sample are looked for. Where rig.toml has [reference].
