@@ -27,18 +27,6 @@ daemon::Setup with_limit_lines() {
   return setup;
 }
 
-State standing(bool homed) {
-  State state;
-  state.now = base::Time(seconds(1e6));
-  state.look_at = state.now;
-  for (std::size_t i = 0; i < kAxisCount; ++i) {
-    state.axes[i].last.position_rad = some_poses()[1][i];
-    state.axes[i].last.homed = homed;
-    state.axes[i].known = true;
-  }
-  return state;
-}
-
 protocol::Request move_pan(double to_deg) {
   protocol::Request request;
   auto& axis = *request.mutable_move()->add_axes();
@@ -62,7 +50,7 @@ protocol::Request clear_request() {
 
 class LimitLines : public ::testing::Test {
  protected:
-  explicit LimitLines(bool homed = true) : model_(with_limit_lines(), standing(homed), 1) {}
+  explicit LimitLines(bool homed = true) : model_(with_limit_lines(), standing(homed, 1), 1) {}
 
   void run_until(const std::function<bool()>& done) {
     for (int i = 0; i < 200000 && !done(); ++i) model_.advance(model_.now() + seconds(1));
@@ -178,7 +166,7 @@ TEST_F(LimitLinesBeforeHoming, HomingIsTheDrivesAndNotStopped) {
   daemon::Setup setup = with_limit_lines();
   setup.rig.lines.limit[kArm] = {machine::LineRef{{"virtual", "lines"}, "arm_low"},
                                  machine::LineRef{{"virtual", "lines"}, "arm_high"}};
-  model_ = RigModel(setup, standing(false), 1);
+  model_ = RigModel(setup, standing(false, 1), 1);
   run_for(2);
   model_.line_switch_rad[kArm] = {kNowhere_rad, -kNowhere_rad};  // both pressed
   protocol::Request home;
@@ -192,14 +180,14 @@ TEST_F(LimitLinesBeforeHoming, HomingIsTheDrivesAndNotStopped) {
 
 TEST(LimitLinesAtTheStart, WhatWasNeverReadIsNotTakenForFree) {
   const daemon::Setup setup = with_limit_lines();
-  const State state = standing(true);
+  const State state = standing(true, 1);
   const auto refused = limit_lines_known(setup, state);
   ASSERT_FALSE(refused.has_value());
   EXPECT_THAT(refused.error().text(), HasSubstr("what the low limit line of axis pan says is not known"));
   JointAngles target{};
   target[kPan] = radians(20);
   EXPECT_FALSE(may_move(setup, state, {false, false, true, false}, target).has_value());
-  State not_homed = standing(false);
+  State not_homed = standing(false, 1);
   EXPECT_FALSE(may_jog(setup, not_homed, kPan, radians(1)).has_value());
   EXPECT_TRUE(may_jog(small_setup(), not_homed, kPan, radians(1)).has_value()) << "none, none to know";
 }
@@ -259,7 +247,7 @@ TEST_F(LimitLines, LinesThatAreLostSuspendTheJobWhichGoesOnWithThem) {
 TEST_F(LimitLines, AJobWaitsForTheFirstReading) {
   daemon::Setup setup = with_limit_lines();
   setup.rig.unattended.reference = some_reference();
-  model_ = RigModel(setup, standing(true), 1);
+  model_ = RigModel(setup, standing(true, 1), 1);
   model_.lines_silent = true;
   JobEntry entry;
   entry.id = 1;
@@ -321,7 +309,7 @@ TEST_F(LimitLines, AreReadOftenWhileTheAxisMovesAndSeldomAtRest) {
 TEST(LimitLinesOfTwoDevices, EachIsKnownOrNotByItself) {
   daemon::Setup setup = with_limit_lines();
   setup.rig.lines.limit[0][kLow] = machine::LineRef{{"io", "lines"}, "roll_low"};
-  State state = standing(true);
+  State state = standing(true, 1);
   Actions actions;
   LinesRead read{"lines virtual/lines", state.now, {}, {}};
   read.limits[kPan] = {true, false};

@@ -58,4 +58,17 @@ inline machine::JobConfig small_job(std::size_t poses) {
   return job;
 }
 
+/// Nothing going on, every axis at rest and read where some_poses()[pose] is.
+inline State standing(bool homed, std::size_t pose) {
+  State state;
+  state.now = base::Time(base::seconds(1e6));
+  state.look_at = state.now;
+  for (std::size_t i = 0; i < kAxisCount; ++i) {
+    state.axes[i].last.position_rad = some_poses()[pose][i];
+    state.axes[i].last.homed = homed;
+    state.axes[i].known = true;
+  }
+  return state;
+}
+
 }  // namespace rig::daemon::testing

@@ -13,21 +13,9 @@ namespace {
 
 using base::seconds;
 
-State standing(bool homed) {
-  State state;
-  state.now = base::Time(seconds(1e6));
-  state.look_at = state.now;
-  for (std::size_t i = 0; i < kAxisCount; ++i) {
-    state.axes[i].last.position_rad = some_poses()[0][i];
-    state.axes[i].last.homed = homed;
-    state.axes[i].known = true;
-  }
-  return state;
-}
-
 class StepTest : public ::testing::Test {
  protected:
-  RigModel model_{small_setup(), standing(true), 1};
+  RigModel model_{small_setup(), standing(true, 0), 1};
 
   void run_until(const std::function<bool()>& done) {
     for (int i = 0; i < 200000 && !done(); ++i) model_.advance(model_.now() + seconds(1));
@@ -164,7 +152,7 @@ TEST(Homing, MayTakeTheTimeOfTheSlowerOfBothSpeeds) {
 // Before homing. Pan stands at 12 degrees by its own count.
 class JogTest : public StepTest {
  protected:
-  void SetUp() override { model_ = RigModel(small_setup(), standing(false), 1); }
+  void SetUp() override { model_ = RigModel(small_setup(), standing(false, 0), 1); }
   static constexpr std::size_t kPan = 2;
   [[nodiscard]] double pan_deg() const { return base::degrees(model_.state().axes[kPan].last.position_rad); }
 };
@@ -357,7 +345,7 @@ TEST_F(StepTest, AMoveThatNeverEndsStopsTheRig) {
   EXPECT_EQ(reply.outcome(), protocol::FAILED);
   EXPECT_NE(model_.state().stopped.find("did not end in time"), std::string::npos) << model_.state().stopped;
   // 37 degrees at 60 deg/s take 1.1 s; half as long again and two seconds, and a poll.
-  EXPECT_LT(model_.now(), standing(true).now + seconds(4.5));
+  EXPECT_LT(model_.now(), standing(true, 0).now + seconds(4.5));
 }
 
 TEST_F(StepTest, AnAxisThatDoesNotAnswerStopsTheRig) {
@@ -431,7 +419,7 @@ TEST_F(StepTest, TheEmergencyStopLatchesUntilItIsReleasedAndCleared) {
 }
 
 TEST_F(StepTest, AJobHomesWarmsUpAndTakesEveryPose) {
-  RigModel cold(small_setup(), standing(false), 3);
+  RigModel cold(small_setup(), standing(false, 0), 3);
   JobEntry entry;
   entry.id = 1;
   cold.add_job(entry, small_job(5));
@@ -446,7 +434,7 @@ TEST_F(StepTest, AJobHomesWarmsUpAndTakesEveryPose) {
 
 // Whether the move to the second pose began before the last frame of the first was there.
 bool left_before_the_last_frame(const machine::ExposureConfig& exposure) {
-  RigModel model(small_setup(), standing(true), 4);
+  RigModel model(small_setup(), standing(true, 0), 4);
   machine::JobConfig job = small_job(2);
   job.exposure = exposure;
   JobEntry entry;
@@ -544,7 +532,7 @@ TEST_F(StepTest, ADriveThatLosesItsReferenceIsHomedAgain) {
 TEST_F(StepTest, EveryExposureStartsInTheLight) {
   daemon::Setup setup = small_setup();
   setup.light.has_shutter = false;
-  RigModel bare(setup, standing(true), 5);
+  RigModel bare(setup, standing(true, 0), 5);
   JobEntry entry;
   entry.id = 1;
   bare.add_job(entry, small_job(2));
@@ -558,7 +546,7 @@ TEST_F(StepTest, EveryExposureStartsInTheLight) {
 TEST_F(StepTest, AStoppedRigStaysDark) {
   daemon::Setup setup = small_setup();
   setup.light.has_shutter = false;
-  RigModel bare(setup, standing(true), 5);
+  RigModel bare(setup, standing(true, 0), 5);
   bare.request(stop_request(""));
   protocol::Request light;
   light.mutable_set_light()->set_level(0.7);
@@ -584,8 +572,8 @@ TEST_F(StepTest, StopsOnAReadingThatIsNoNumber) {
   drivers::AxisState garbage;
   garbage.position_rad = std::numeric_limits<double>::quiet_NaN();
   garbage.homed = true;
-  const Step next = step(small_setup(), standing(true),
-                         {standing(true).now, AxisPolled{2, standing(true).last_poll + 1, garbage}});
+  const Step next = step(small_setup(), standing(true, 0),
+                         {standing(true, 0).now, AxisPolled{2, standing(true, 0).last_poll + 1, garbage}});
   EXPECT_NE(next.state.stopped.find("pan reports no position"), std::string::npos);
   EXPECT_FALSE(next.state.axes[2].known);
 }
